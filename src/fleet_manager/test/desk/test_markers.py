@@ -9,12 +9,12 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.rows import RobotRow, TaskRow
 from fleet_manager.desk.markers import (
     LETTER_HEIGHT,
-    NO_ROBOT,
+    PLACE_BELOW,
     REPEATED_DELETIONS,
     MarkerBoard,
     Shape,
-    robot_color,
 )
+from hive_common.palette import NO_ROBOT, robot_color
 from hive_common.pose import Pose
 
 
@@ -138,3 +138,11 @@ def test_nothing_is_kept_of_names_whose_markers_are_deleted_and_no_number_is_use
         assert board._numbers == {}  # noqa: SLF001  (what it keeps)
 
     assert numbers == [0, 1, 2]
+
+
+def test_the_places_of_the_building_have_their_names():
+    markers, _ = MarkerBoard().update({}, {}, {}, places={"dock": Pose(3.0, 4.0, 1.0)})
+
+    (name,) = markers
+    assert (name.space, name.text) == ("place names", "dock")
+    assert (name.pose.x, name.pose.y) == (3.0, 4.0 - PLACE_BELOW)

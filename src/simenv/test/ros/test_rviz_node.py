@@ -6,7 +6,7 @@ from hive_common.errors import MapError
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_common.resources import package_folder
-from simenv.ros.rviz_node import fitted
+from simenv.ros.rviz_node import MOST_SHOWN, fitted, with_robots
 
 HIVE = (package_folder("simenv") / "rviz/hive.rviz").read_text()
 
@@ -54,3 +54,36 @@ def test_a_configuration_without_view_is_refused(config):
 def test_a_map_without_size_is_refused():
     with pytest.raises(MapError, match="must have a size"):
         fitted(HIVE, Pose(0, 0, 0), (0.0, 12.0))
+
+
+def groups(config):
+    displays = yaml.safe_load(config)["Visualization Manager"]["Displays"]
+    return [each for each in displays if each["Class"] == "rviz/Group"]
+
+
+def test_every_robot_of_the_hive_has_its_body_its_laser_and_its_path_in_its_colour():
+    config = with_robots(HIVE, {"amy": "move_base/plan", "robot7": "move_base/NavfnROS/plan"})
+
+    assert [group["Name"] for group in groups(config)] == ["amy", "robot7"]
+    body, laser, path = groups(config)[1]["Displays"]
+    assert body["Robot Description"] == "robot7/robot_description"
+    assert laser["Topic"] == "robot7/scan"
+    assert path["Topic"] == "robot7/move_base/NavfnROS/plan"
+    assert laser["Color"] == path["Color"] == "204; 120; 166"
+    assert "robot1" not in config
+
+
+def test_of_a_large_fleet_the_groups_are_switched_off():
+    few = with_robots(HIVE, {f"robot{n}": "plan" for n in range(MOST_SHOWN)})
+    many = with_robots(HIVE, {f"robot{n}": "plan" for n in range(MOST_SHOWN + 1)})
+
+    assert all(group["Enabled"] for group in groups(few))
+    assert not any(group["Enabled"] for group in groups(many))
+
+
+def test_without_a_fleet_the_configuration_stays_as_it_is():
+    assert with_robots(HIVE, {}) == HIVE
+    assert (
+        with_robots("Visualization Manager: {Displays: []}", {"robot1": "plan"}).count("Group")
+        == 0
+    )

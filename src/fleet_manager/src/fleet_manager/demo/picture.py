@@ -14,8 +14,8 @@ from scipy import ndimage
 
 from blackboard.domain.task import MAX_PRIORITY
 from fleet_manager.demo.history import WAIT_GRAIN, RobotTrack
-from fleet_manager.desk.markers import COLORS, robot_color
 from hive_common.grid_map import UNKNOWN
+from hive_common.palette import COLORS, robot_color
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import zlib
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.domain.task import goal_name, used_goals
 from fleet_manager.client import formats
+from hive_common.palette import robot_color
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -25,23 +25,13 @@ if TYPE_CHECKING:
 
     from blackboard.domain.record import TaskRecord
     from fleet_manager.client.rows import RobotRow, TaskRow
-
-Color = tuple[float, float, float, float]  # red, green, blue and opacity, 0 to 1
-
-COLORS: tuple[Color, ...] = (
-    (0.90, 0.62, 0.00, 1.0),
-    (0.34, 0.71, 0.91, 1.0),
-    (0.00, 0.62, 0.45, 1.0),
-    (0.94, 0.89, 0.26, 1.0),
-    (0.00, 0.45, 0.70, 1.0),
-    (0.84, 0.37, 0.00, 1.0),
-    (0.80, 0.47, 0.65, 1.0),
-)
-"""For robots, from Okabe and Ito (Color Universal Design, 2008)."""
+    from hive_common.palette import Color
 
 ORIGIN = Pose(0.0, 0.0)
-NO_ROBOT: Color = (0.45, 0.45, 0.45, 1.0)
 LETTERS: Color = (0.85, 0.10, 0.45, 1.0)  # read as well on free floor as on walls
+PLACE_LETTERS: Color = (0.35, 0.35, 0.35, 1.0)
+PLACE_HEIGHT = 0.22  # of the letters of a place's name [m]
+PLACE_BELOW = 0.35  # on the map, so that the name does not cover who stands there [m]
 
 ARROW = (0.7, 0.16, 0.10)  # length, width, height [m]
 LETTER_HEIGHT = 0.28  # [m]
@@ -87,15 +77,6 @@ class Marker:
         return self.space, self.number
 
 
-def robot_color(robot: str) -> Color:
-    """Return the colour of a robot, which depends on its name alone; grey without a robot."""
-    if not robot:
-        return NO_ROBOT
-    digits = "".join(filter(str.isdecimal, robot))
-    number = int(digits) - 1 if digits else zlib.crc32(robot.encode())
-    return COLORS[number % len(COLORS)]
-
-
 class MarkerBoard:
     """Turns the hive's state into markers, and says which are to be deleted."""
 
@@ -111,12 +92,13 @@ class MarkerBoard:
         robots: Mapping[str, RobotRow],
         paths: Mapping[str, tuple[tuple[float, float], ...]],
         poses: Mapping[str, Pose] = MappingProxyType({}),
+        places: Mapping[str, Pose] = MappingProxyType({}),
     ) -> tuple[list[Marker], list[tuple[str, int]]]:
         """Return all markers as they are now, and the names of those that RViz shall delete.
 
         A deletion is repeated for a while, because a message may be lost. Ended tasks show
         nothing. All are by id or name; `paths` are the planned ones [m, map frame], and `poses`
-        [map frame] are newer than those in the robots' reports.
+        [map frame] are newer than those in the robots' reports. `places` are those with a name.
         """
         labels: set[tuple[int, int]] = set()
         open_tasks = [row.record for row in tasks.values() if row.is_open]
@@ -128,6 +110,7 @@ class MarkerBoard:
                 for marker in self._robot(row, poses.get(name, row.status.pose))
             ),
             *self._paths(paths),
+            *self._places(places),
         ]
         names = {marker.name for marker in markers}
         self._gone.append(self._shown - names)
@@ -165,6 +148,15 @@ class MarkerBoard:
                 number, color = self._number("robots", robot), robot_color(robot)
                 size = (PATH_WIDTH, 0.0, 0.0)
                 yield Marker("paths", number, Shape.LINE, size=size, color=color, points=points)
+
+    def _places(self, places: Mapping[str, Pose]) -> Iterable[Marker]:
+        size = (0.0, 0.0, PLACE_HEIGHT)
+        for name, pose in places.items():
+            at = Pose(pose.x, pose.y - PLACE_BELOW)
+            number = self._number("place names", name)
+            yield Marker(
+                *("place names", number, Shape.TEXT, at, TEXT_HEIGHT, size, PLACE_LETTERS, name)
+            )
 
     def _number(self, space: str, name: str) -> int:
         """Return the number of a name, which it keeps until all its markers are deleted."""

@@ -21,6 +21,7 @@ from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.map_topics import MapTopics
+from fleet_manager.ros.place_parameter import hive_places
 from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 PERIOD = 0.2  # [s, wall] between two updates, quick enough for robots at walking pace
 BATCH = 10_000  # facts processed at once
+_LOOK_FOR_PLACES = 2.0  # [s, wall] between two looks for named places, until there are some
 
 _TYPES = {
     Shape.ARROW: MarkerMsg.ARROW,
@@ -59,6 +61,8 @@ class TaskMarkers:
         self._board = MarkerBoard()
         self._paths: dict[str, tuple[tuple[float, float], ...]] = {}
         self._poses: dict[str, MapPose] = {}
+        self._places: dict[str, MapPose] = {}
+        self._looked = float("-inf")
         self._last: tuple[list[Marker], list[tuple[str, int]]] | None = None
         self._publisher = rospy.Publisher("task_markers", MarkerArray, latch=True, queue_size=1)
 
@@ -81,10 +85,18 @@ class TaskMarkers:
         self._hive.take_changes()
         while not self._met.empty():
             self._map.listen_to_drive(self._met.get())
-        shown = self._board.update(self._hive.tasks, self._hive.robots, self._paths, self._poses)
+        self._read_places(now)
+        hive = self._hive
+        shown = self._board.update(hive.tasks, hive.robots, self._paths, self._poses, self._places)
         if shown != self._last:
             self._last = shown
             self._publisher.publish(_array(*shown))
+
+    def _read_places(self, now: float) -> None:
+        """Read the places of the building, which the fleet's launch may set after this start."""
+        if not self._places and now - self._looked > _LOOK_FOR_PLACES:
+            self._looked = now
+            self._places = hive_places()
 
 
 def _array(markers: list[Marker], gone: list[tuple[str, int]]) -> MarkerArray:

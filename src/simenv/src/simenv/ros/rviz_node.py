@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Opens RViz with the whole map in view, whatever its size.
+"""Opens RViz with the whole map in view, and a group of displays for every robot of the hive.
 
 ROS Subscribers:
     map_metadata (nav_msgs/MapMetaData): the size of the map.
 ROS Parameters:
     ~config: path of the RViz configuration; rviz.launch gives hive.rviz.
-    ~timeout (30): how long to wait for the map, on the wall clock [s].
+    ~timeout (30): how long to wait for the map and for the fleet, on the wall clock [s].
+    ~fleet (false): whether a launch of a fleet is going on; it is over when there are `places`.
+    ROBOT/robot_description of every robot that is shown; ROBOT/plan_topic (move_base/plan).
 """
 
 from __future__ import annotations
 
+import copy
 import os
 import sys
+import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rospkg
 import rospy
@@ -20,9 +25,19 @@ import yaml
 from nav_msgs.msg import MapMetaData
 
 from hive_common.errors import HiveError, MapError
+from hive_common.palette import robot_color
 from hive_common.pose import Pose
 from hive_common.ros.params import number, text
 from hive_common.ros.reconnecting import keep_connected
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+MOST_SHOWN = 20
+"""Robots whose bodies and lasers RViz shows without being asked; it draws each at every step."""
+
+_DESCRIPTION = "/robot_description"
+_LOOK = 0.2  # time between two looks for the fleet [s]
 
 AROUND = (60, 140)
 """Width and height that menu, tools, status and docks take of the window [pixels]."""
@@ -49,6 +64,7 @@ def _write_config() -> Path:
     """Write the fitted configuration to ROS's own folder and return its path."""
     timeout = number("timeout", least=0.1, most=3600.0, default=30.0)
     config = Path(text("config")).read_text(encoding="utf-8")
+    config = with_robots(config, _robots(timeout))
     path = Path(rospkg.get_ros_home()) / "hive.rviz"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(_fit(config, timeout), encoding="utf-8")
@@ -67,6 +83,57 @@ def _fit(config: str, timeout: float) -> str:
     origin = info.origin.position
     size = (info.width * info.resolution, info.height * info.resolution)
     return fitted(config, Pose(origin.x, origin.y, 0.0), size)
+
+
+def _robots(timeout: float) -> dict[str, str]:
+    """Return the robots of the hive, each with the topic of its path in its namespace."""
+    end = time.monotonic() + timeout
+    is_launching = rospy.get_param("~fleet", False)
+    while is_launching and not rospy.has_param("places") and time.monotonic() < end:
+        time.sleep(_LOOK)
+    space = rospy.get_namespace()
+    names = [
+        name.removeprefix(space) for name in rospy.get_param_names() if name.startswith(space)
+    ]
+    robots = sorted(
+        name.removesuffix(_DESCRIPTION) for name in names if name.endswith(_DESCRIPTION)
+    )
+    return {name: str(rospy.get_param(f"{name}/plan_topic", "move_base/plan")) for name in robots}
+
+
+def with_robots(config: str, robots: Mapping[str, str]) -> str:
+    """Return an RViz configuration with a group of displays for each robot, in its colour.
+
+    The first group of the configuration is the pattern. Of more than `MOST_SHOWN` robots the
+    groups are there and switched off: RViz would be too slow.
+
+    Args:
+        config: A configuration, as RViz writes it.
+        robots: The topic of each robot's path in its namespace, by the robot's name; where there
+            is none, the configuration stays as it is.
+    """
+    content = yaml.safe_load(config)
+    displays = content["Visualization Manager"]["Displays"] if robots else []
+    at = next((n for n, each in enumerate(displays) if each["Class"] == "rviz/Group"), None)
+    if at is None:
+        return config
+    pattern = displays[at]
+    groups = []
+    for name, path in robots.items():
+        group = copy.deepcopy(pattern)
+        group["Name"], group["Enabled"] = name, len(robots) <= MOST_SHOWN
+        shade = "; ".join(str(round(255 * part)) for part in robot_color(name)[:3])
+        for display in group["Displays"]:
+            for key, value in display.items():
+                if isinstance(value, str) and value.startswith(f"{pattern['Name']}/"):
+                    display[key] = name + value.removeprefix(pattern["Name"])
+            if "Color" in display:
+                display["Color"] = shade
+            if display["Class"] == "rviz/Path":
+                display["Topic"] = f"{name}/{path}"
+        groups.append(group)
+    displays[at : at + 1] = groups
+    return str(yaml.safe_dump(content, sort_keys=False))
 
 
 def fitted(config: str, origin: Pose, size: tuple[float, float]) -> str:
