@@ -320,7 +320,7 @@ def test_while_a_planner_is_loaded_everybody_is_told_how_far_it_is(bench):
     _, epochs, texts = zip(*bench.told, strict=True)
     assert set(epochs) == {7 * STARTS + 1}
     assert len(texts) == pytest.approx(10, abs=1)
-    assert texts[-1] == "it is being loaded, for 10 s so far, and waits for the map"
+    assert texts[-1] == "it has been loading for 10 s, and waits for the map"
 
 
 def test_after_a_planner_has_died_everybody_is_told_how_and_when_it_is_started_again(bench):

@@ -126,7 +126,9 @@ def test_traffic_as_json_has_numbers_in_metres_and_seconds(terminal):
     assert data["robots"] == list(BUSY.robots)
 
 
-LOADING = TrafficState(epoch=4001, time=100.0, zones=("door",), status="it is being loaded")
+LOADING = TrafficState(
+    epoch=4001, time=100.0, zones=("door",), status="it has been loading for 9 s, and starts"
+)
 
 
 def test_traffic_says_how_far_a_planner_is_that_is_being_loaded(terminal):
@@ -136,7 +138,7 @@ def test_traffic_says_how_far_a_planner_is_that_is_being_loaded(terminal):
     assert code == 0
     assert out.splitlines()[:2] == [
         "the fleet's traffic is planned, but not now; robots drive by right of way",
-        "the traffic planner: it is being loaded",
+        "the traffic planner: it has been loading for 9 s, and starts",
     ]
     assert "closed zones: none" in out
 
@@ -145,7 +147,7 @@ def test_the_json_of_traffic_has_why_none_is_planned(terminal):
     terminal.say(LOADING)
     _, out, _ = terminal("traffic", "--json")
 
-    assert json.loads(out)["status"] == "it is being loaded"
+    assert json.loads(out)["status"] == "it has been loading for 9 s, and starts"
 
 
 @pytest.mark.parametrize("words", [["traffic"], ["zone", "close", "door"]])

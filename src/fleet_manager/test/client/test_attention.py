@@ -7,7 +7,7 @@ import pytest
 
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import TaskRecord
+from blackboard.domain.record import MOVES_ON, TOLD_TO, TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.attention import needs
 from fleet_manager.client.hive_state import PLANNER_SILENCE, HiveState
@@ -57,6 +57,8 @@ def test_robots_that_are_offline_or_defect_are_named_and_many_are_counted():
     [
         (WAITS, []),
         (replace(WAITS, reason="too heavy"), ["T1 waits: too heavy"]),
+        (replace(WAITS, reason=f"robot1 {TOLD_TO}"), []),
+        (replace(WAITS, reason=f"robot1 has handed it back: {MOVES_ON}"), []),
         (
             replace(WAITS, task=replace(WAITS.task, posted=NOW - 90.0)),
             ["T1 waits: no robot has taken it for 1 min 30 s"],

@@ -7,7 +7,7 @@ from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import MOVES_ON, TaskRecord, TaskUpdate
+from blackboard.domain.record import MOVES_ON, TOLD_TO, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.rows import RobotRow, TaskRow
@@ -227,9 +227,11 @@ def test_a_task_that_a_plan_gives_to_another_robot_is_no_warning():
     waits = replace(held, state=TaskState.WAITING, robot="")
 
     (planned,) = task_change(held, replace(waits, reason=f"handed back: {MOVES_ON}"))
+    (told,) = task_change(held, replace(waits, reason=f"robot1 {TOLD_TO}"))
     (lost,) = task_change(held, replace(waits, reason="robot1 is lost"))
 
-    assert (planned.severity, lost.severity) == (Severity.NEWS, Severity.WARNING)
+    assert {planned.severity, told.severity} == {Severity.NEWS}
+    assert lost.severity is Severity.WARNING
 
 
 def test_a_task_that_did_not_go_to_the_cheapest_says_where_the_reason_is():

@@ -194,7 +194,7 @@ class PlannerKeeper:
             why = f"it has been silent for {silence:.0f} s"
         else:
             doing = self._known.doing or "starts"
-            why = f"it is being loaded, for {now - self._started:.0f} s so far, and {doing}"
+            why = f"it has been loading for {now - self._started:.0f} s, and {doing}"
         self._tell(own, why)
 
     def _put_off(self, how: str) -> None:

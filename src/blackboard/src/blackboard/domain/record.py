@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 MOVES_ON = "it goes to another robot"
 """Ends the reason of a task that its robot has handed back because a plan gives it to another."""
 
+TOLD_TO = "was told to hand it back"
+"""Ends what the robot says of such a task; of one that is overdue the leader says more."""
+
 MAX_TEXT = 10_000
 """Characters of a reason, which may mention each of a hundred robots."""
 
@@ -104,6 +107,11 @@ class TaskRecord:
         if self.state.is_terminal and not self.ended:
             return replace(self, ended=now)
         return self
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether it waits only for the robot to which a plan gives it."""
+        return self.state is TaskState.WAITING and self.reason.endswith((MOVES_ON, TOLD_TO))
 
     def reported(self, event: TaskEvent, update: TaskUpdate, at: float) -> TaskRecord | None:
         """Return the record after a robot's report, or None if nothing changes.

@@ -17,7 +17,7 @@ from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import OrderKind
+from blackboard.domain.record import TOLD_TO, OrderKind
 from blackboard.domain.talker import (
     ROBOT_STATUS,
     SET_STATE,
@@ -298,7 +298,7 @@ class Robot:
         if order.kind.asks_report:
             if entry is not None or not self._reports.answer(order):
                 held = entry or Entry(order, order.step)
-                self._hand_back(held, f"{self._id} was told to hand it back")
+                self._hand_back(held, f"{self._id} {TOLD_TO}")
             self._go_on()
             self._publish_status()
         elif entry is not None:

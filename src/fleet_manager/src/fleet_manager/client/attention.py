@@ -60,11 +60,11 @@ def _robots(rows: Iterable[RobotRow]) -> list[tuple[str, Severity]]:
 
 def _waiting(rows: Iterable[TaskRow], now: float) -> list[tuple[str, Severity]]:
     """Return the tasks that wait for a reason, or for long; the first with why."""
+    waits = [row for row in rows if row.record.state is TaskState.WAITING]
     waiting = [
         row
-        for row in rows
-        if row.record.state is TaskState.WAITING
-        and (row.record.reason or _age(row, now) > WAITS_LONG)
+        for row in waits
+        if (row.record.reason and not row.record.is_moved) or _age(row, now) > WAITS_LONG
     ]
     if not waiting:
         return []

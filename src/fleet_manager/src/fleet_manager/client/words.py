@@ -8,7 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from blackboard.domain.characteristics import RobotState
-from blackboard.domain.record import MOVES_ON, TaskUpdate
+from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
 from fleet_manager.client.formats import counted, member, type_name
 from fleet_manager.client.leadership import Standing
@@ -148,7 +148,7 @@ def _robot(known: TaskRecord | TaskUpdate) -> str:
 def _severity(before: TaskRecord | TaskUpdate | None, after: TaskRecord) -> Severity:
     if after.state is TaskState.FAILED:
         return Severity.ALARM
-    if after.reason.endswith(MOVES_ON):
+    if after.is_moved:
         return Severity.NEWS  # as planned
     was_held = before is not None and TaskState.WAITING < before.state < TaskState.DONE
     if after.state is TaskState.WAITING and (after.reason or was_held):
