@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import pytest
 from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtWidgets import QApplication
 
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.desk.facts import CancelTask, SetRobotState
+from fleet_manager.desk.facts import CancelTask, PlacesKnown, SetRobotState
+from fleet_manager.desk.places import Place
 from fleet_manager.gui.look import Tone, color
 from fleet_manager.gui.rows_model import SHARE_ROLE
 from hive_common.pose import Pose
@@ -100,3 +102,22 @@ def test_the_battery_bar_of_a_selected_robot_keeps_its_colour(person, view):
     }
 
     assert color(Tone.CALM, view.palette()).name() in shades
+
+
+def test_a_load_that_was_left_on_board_is_sent_to_a_place(person, view, link):
+    link.said.append(PlacesKnown((Place("dock", Pose(1.5, 2.5, 0.0)),)))
+    link.say(replace(ROBOT, state=RobotState.DEFECT, task_id="", tasks=()))
+    person.select_row(view.robot_table, "robot3")
+    person.wait_until(view.unload_button.isEnabled)
+    person.click(view.unload_button)
+    person.wait_until(QApplication.activeModalWidget)
+    QApplication.activeModalWidget().accept()
+
+    person.wait_until(lambda: SetRobotState("robot3", "put_down 1.500 2.500 0.0000") in link.sent)
+
+
+def test_only_a_robot_with_a_load_left_on_board_is_sent_to_put_it_down(person, view, link):
+    link.said.append(PlacesKnown((Place("dock", Pose(1.5, 2.5, 0.0)),)))
+    person.select_row(view.robot_table, "robot3")
+
+    assert not view.unload_button.isEnabled()

@@ -98,7 +98,8 @@ def test_a_task_whose_load_is_on_board_has_failed_and_a_person_is_told_where_it_
     assert (report.state, report.step) == (FAILED, 2)
     assert "its load of 5 kg is on board at (6.00, 0.00): take it off" in report.reason
     assert harness.status.reason == (
-        "the load of T2 (5 kg) is on board: take it off, then set the robot idle"
+        "the load of T2 (5 kg) is on board: send the robot to put it down, or take it off, "
+        "then set the robot idle"
     )
     assert harness.status.payload == 5.0
 
@@ -183,7 +184,9 @@ def test_an_unknown_state_is_refused_and_the_known_ones_are_named():
     harness.set_state("sleepy")
 
     (warning,) = harness.talker.warnings
-    assert warning.endswith("'sleepy' is unknown; allowed: idle, defect, charging, charge")
+    assert warning.endswith(
+        "'sleepy' is unknown; allowed: idle, defect, charging, charge, put_down X Y YAW"
+    )
     assert harness.status.state is RobotState.IDLE
 
 

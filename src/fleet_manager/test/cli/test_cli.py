@@ -377,6 +377,29 @@ def test_taking_a_robot_out_says_first_what_becomes_of_its_tasks_and_its_load(te
     assert terminal.link.told == [("robot3", "defect")]
 
 
+def test_a_robot_is_sent_to_put_its_load_down_at_a_place(terminal):
+    terminal.hive.start()
+    terminal.link.known_places = {"test cell": Pose(17.8, 1.6, -1.5708)}
+    robot = RobotStatus("robot3", RobotState.DEFECT, Pose(1, 2), 0.4, 2.0, reason="a load")
+    terminal.link.say(robot)
+    terminal.link.on_set_state = lambda _robot, _word: terminal.link.say(
+        replace(robot, reason="brings the load of T1 to (17.80, 1.60)")
+    )
+
+    code, _, error = terminal("robot", "robot3", "put-down", "test cell")
+
+    assert (code, error) == (0, "robot3 is defect: brings the load of T1 to (17.80, 1.60)\n")
+    assert terminal.link.told == [("robot3", "put_down 17.800 1.600 -1.5708")]
+
+
+@pytest.mark.parametrize("words", [("put-down",), ("out", "3,4"), ("in", "dock")])
+def test_a_place_belongs_to_putting_down(terminal, words):
+    code, _, error = terminal("robot", "robot3", *words)
+
+    assert code == 2
+    assert "a PLACE belongs to put-down" in error
+
+
 @pytest.mark.parametrize(("word", "told"), [("in", "idle"), ("charge", "charge")])
 def test_a_robot_is_put_back_in_service_or_sent_to_charge(terminal, word, told):
     terminal.hive.start()

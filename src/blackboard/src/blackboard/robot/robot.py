@@ -34,7 +34,9 @@ from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
 from blackboard.robot.reports import Reports
 from blackboard.robot.respondent import Respondent
-from blackboard.robot.service import WORDS, Service
+from blackboard.robot.service import PUT_DOWN, WORDS, Service
+from blackboard.robot.unloading import Unloading
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from blackboard.consensus.hive_filter import HiveFilter
@@ -49,7 +51,6 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task, TaskStep
     from blackboard.robot.charging import ChargingPlan
     from blackboard.robot.executor import CommandResult, Controller
-    from hive_common.pose import Pose
 
 
 class Robot:
@@ -120,6 +121,7 @@ class Robot:
         self.charging = Charging(
             talker, robot_id, characteristics, battery, path_lengths, controller, service, plan
         )
+        self._unloading = Unloading(service, self._loads, controller)
         self._respondent = Respondent(
             robot_id, characteristics, battery, self._schedule, self.charging, settings
         )
@@ -178,10 +180,14 @@ class Robot:
 
     def set_state(self, word: str) -> None:
         """Obey an operator's word, one of `WORDS`; see `Service.set` and `Charging.send`."""
-        if word not in WORDS:
-            reason = f"{word[:40]!r} is unknown; allowed: {', '.join(WORDS)}"
-            self._talker.refuse(SET_STATE, reason)
+        if word.startswith(PUT_DOWN):
+            self._put_down(word.removeprefix(PUT_DOWN).split())
             return
+        if word not in WORDS:
+            allowed = ", ".join([*WORDS, f"{PUT_DOWN} X Y YAW"])
+            self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
+            return
+        self._unloading.stop()
         if word == "charge":
             self._go_to_charge()
             return
@@ -189,6 +195,20 @@ class Robot:
         if word == "idle" and self._service.left_on_board is not None:
             self._loads.empty()
         self._service.set(word)
+        self._go_on()
+        self._publish_status()
+
+    def _put_down(self, numbers: list[str]) -> None:
+        """Bring the load that was left on board to x, y and yaw [m, m, rad, map frame]."""
+        place = _pose_of(numbers)
+        refusal = f"allowed: {PUT_DOWN} X Y YAW [m, m, rad]"
+        if place is not None:
+            refusal = self._unloading.begin(place, self._lease, self._unloaded)
+        if refusal:
+            self._talker.refuse(SET_STATE, f"{self._id} cannot put its load down: {refusal}")
+        self._publish_status()
+
+    def _unloaded(self) -> None:
         self._go_on()
         self._publish_status()
 
@@ -355,6 +375,7 @@ class Robot:
 
     def _go_on(self) -> None:
         """Go on with the schedule; a robot that is out of service hands it all back instead."""
+        self._unloading.go_on()
         entry, current = self._schedule.first(), self._current
         loaded = current is not None and is_picked(current.task, current.step)
         loaded |= bool(self._loads.others(()))
@@ -386,7 +407,7 @@ class Robot:
         """
         entry = self._current
         if entry is None:
-            return step  # a drive to a charger
+            return self._unloading.as_asked(number, step)  # or a drive to a charger
         if number == entry.steps - 1:
             self._loads.check_writable()
         return step if step.kind is StepKind.MOVE else self._loads.begin(entry.order, number, step)
@@ -461,3 +482,12 @@ class Robot:
 
     def _publish_status(self) -> None:
         self._talker.publish(ROBOT_STATUS, self.status, self._filter.carriers)
+
+
+def _pose_of(numbers: list[str]) -> Pose | None:
+    """Return the pose of x, y and yaw as texts; None if they are none."""
+    try:
+        pose = Pose(*map(float, numbers)) if len(numbers) == 3 else None  # noqa: PLR2004  (x, y, yaw)
+    except ValueError:
+        return None
+    return None if pose is None or pose.flaw else pose

@@ -19,6 +19,7 @@ from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import MAX_ID_LENGTH, TaskState, check_id
 from blackboard.errors import TaskRefusedError
+from blackboard.robot.service import PUT_DOWN
 from fleet_manager.client.formats import natural
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import SILENCE, Standing
@@ -330,6 +331,8 @@ class HiveClient:
                 return False
             if word == "charge":
                 return row().state is RobotState.CHARGING or row().status.payload > 0
+            if word.startswith(PUT_DOWN):
+                return row().reason.startswith("brings") or not row().status.payload
             is_out = row().status.state in {RobotState.DEFECT, RobotState.CHARGING}
             return is_out is (word == "defect")
 

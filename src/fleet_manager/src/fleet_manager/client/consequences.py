@@ -53,6 +53,7 @@ def _left_load(record: TaskRecord) -> str:
     carries = "carries" if on_board else "may be picking"
     return (
         f"{record.robot} {carries} the load of {task.id} ({task.payload:g} kg): it stops where it "
-        "is, and stays out of service until a person has taken the load off and has put the robot "
-        f"back in service (hive robot {record.robot} in)"
+        "is, and stays out of service until its load is off. Send it to put the load down "
+        f"(hive robot {record.robot} put-down PLACE), or take the load off and say so "
+        f"(hive robot {record.robot} in)"
     )

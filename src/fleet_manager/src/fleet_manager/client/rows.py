@@ -65,6 +65,11 @@ class RobotRow:
         return self.status.reason or ("" if self.is_silent else self.waits)
 
     @property
+    def has_load_left(self) -> bool:
+        """Whether it is out of service with a load on board."""
+        return self.state is RobotState.DEFECT and self.status.payload > 0
+
+    @property
     def state(self) -> RobotState:
         """The reported state; OFFLINE while the robot is silent, here or to the leader."""
         is_offline = self.is_silent or self.is_lost

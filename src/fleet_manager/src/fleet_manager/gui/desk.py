@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import QObject, QTimer, Signal
 
 from blackboard.consensus.messages import Heartbeat
+from blackboard.robot.service import put_down_word
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import Standing
 from fleet_manager.client.reports import HiveMessage
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from fleet_manager.desk.facts import DeskLink, Fact
     from fleet_manager.desk.places import Place
+    from hive_common.pose import Pose
 
 DRAIN_PERIOD = 100  # [ms], about as quick as a person notices
 TICK_PERIOD = 250  # [ms], for what depends on time alone
@@ -150,6 +152,12 @@ class Desk(QObject):
             self._link.send(SetRobotState(robot, "idle" if into else "defect"))
             where = "back into service" if into else "out of service"
             self.hive.note(Event(f"asked {robot} to go {where}"))
+        self._tell_changes()
+
+    def put_down(self, robot: str, name: str, place: Pose) -> None:
+        """Ask a robot to put the load that was left on board down at a place of a name."""
+        self._link.send(SetRobotState(robot, put_down_word(place)))
+        self.hive.note(Event(f"asked {robot} to put its load down at {name}"))
         self._tell_changes()
 
     def _drain(self) -> None:

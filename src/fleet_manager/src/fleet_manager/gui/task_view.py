@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import QSortFilterProxyModel, Qt, QTimer
 from python_qt_binding.QtGui import QKeySequence
-from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
+from python_qt_binding.QtWidgets import QAbstractItemView, QInputDialog, QShortcut, QWidget
 
 from blackboard.auction.splitting import unfinished_parts
 from fleet_manager.client import consequences
@@ -116,6 +116,7 @@ class TaskView(QWidget):
         self.task_table.activated.connect(self._show_details)
         self.defect_button.clicked.connect(self._take_out)
         self.service_button.clicked.connect(self._put_back)
+        self.unload_button.clicked.connect(self._unload)
         self.task_table.selectionModel().selectionChanged.connect(self._show_buttons)
         self.robot_table.selectionModel().selectionChanged.connect(self._show_buttons)
         delete = QShortcut(QKeySequence(Qt.Key_Delete), self.task_table, activated=self._cancel)
@@ -136,6 +137,7 @@ class TaskView(QWidget):
         self.log.append(changes.events)
         if changes.tasks:
             self._show_count()
+        if changes.tasks or changes.robots:
             self._show_buttons()
 
     def _seek(self, sought: str) -> None:
@@ -159,6 +161,10 @@ class TaskView(QWidget):
         self.details_button.setEnabled(len(tasks) == 1)
         self.defect_button.setEnabled(bool(robots))
         self.service_button.setEnabled(bool(robots))
+        known = [self._desk.hive.robots[name] for name in robots if name in self._desk.hive.robots]
+        self.unload_button.setEnabled(
+            len(known) == 1 and bool(self._desk.places) and known[0].has_load_left
+        )
 
     def _cancel(self) -> None:
         hive = self._desk.hive
@@ -194,6 +200,18 @@ class TaskView(QWidget):
             "&Take out of service",
             lambda: self._desk.put_in_service(names, into=False),
         )
+
+    def _unload(self) -> None:
+        """Ask for a place, and send the chosen robot there with the load that was left on it."""
+        (robot,) = self.chosen_robots()
+        places = {place.name: place.pose for place in self._desk.places}
+        box = QInputDialog(self)
+        box.setAttribute(Qt.WA_DeleteOnClose)
+        box.setWindowTitle(self.windowTitle())
+        box.setLabelText(f"Where is {robot} to put its load down?")
+        box.setComboBoxItems(list(places))
+        box.textValueSelected.connect(lambda name: self._desk.put_down(robot, name, places[name]))
+        box.open()
 
     def _put_back(self) -> None:
         self._desk.put_in_service(self.chosen_robots(), into=True)
