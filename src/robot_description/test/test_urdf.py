@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import shutil
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -11,8 +12,11 @@ import pytest
 pytest.importorskip("xacro")
 
 from robot_description.describe import main
-from robot_description.models import load_model, model_names
+from robot_description.models import load_model, model_names, model_path
 from robot_description.urdf import robot_urdf
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 ARM_LINKS = {"robot1/arm_base", "robot1/arm_upper", "robot1/arm_fore", "robot1/gripper"}
 
@@ -60,3 +64,14 @@ def test_the_command_prints_the_checked_model_file(capsys: Any) -> None:
 def test_the_command_tells_an_unknown_model_without_a_traceback(capsys: Any) -> None:
     assert main(["urdf", "--model", "r2d2"]) == 1
     assert capsys.readouterr().err.startswith("describe_robot: robot model 'r2d2': not known")
+
+
+@pytest.mark.parametrize("name", ["my_dingo.yaml", "it's $(mine) ${too}.yaml"])
+def test_a_model_file_is_found_from_where_the_user_stands(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    shutil.copy(model_path("dingo"), tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["urdf", "--model", f"./{name}"]) == 0
+    assert capsys.readouterr().out == robot_urdf("dingo")

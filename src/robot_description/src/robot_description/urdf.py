@@ -30,6 +30,7 @@ def robot_urdf(model: str | Path, prefix: str = "") -> str:
 
     load_model(model)
     template = package_folder("robot_description") / "urdf" / "robot.urdf.xacro"
-    arguments = {"model_file": str(model_path(model)), "prefix": prefix}
+    # Absolute, because xacro looks for a relative path in the folder of the template.
+    arguments = {"model_file": str(model_path(model).absolute()), "prefix": prefix}
     document = xacro.process_file(str(template), mappings=arguments)
     return str(document.toprettyxml(indent="  "))

@@ -97,14 +97,13 @@ class FileName(click.ParamType):
     name = "name"
 
     def __init__(self, package: str, folder: str) -> None:
-        self._package = package
-        self._folder = folder
+        self.found_in = package, folder
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Return the names that begin with the typed text."""
-        names = names_in(self._package, self._folder)
+        names = names_in(*self.found_in)
         return click.Choice(names).shell_complete(ctx, param, incomplete)
 
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--traffic",
     type=click.Choice(TRAFFIC),
-    help="Who says who goes first where robots meet; what the fleet file says by default.",
+    help="Who decides which robot goes first; by default, as the fleet file says.",
 )
 @click.option(
     "--rtf",

@@ -152,7 +152,7 @@ class FleetContent:
     processes: Annotated[str, one_of(*PROCESSES)] | None = None
     """None: `shared` in simulation; real robots have `each` in any case."""
     traffic: Annotated[str, one_of(*TRAFFIC)] = "local"
-    """Who says who goes first where robots meet: the robots, or a traffic planner."""
+    """Who decides which robot goes first: the robots, or a traffic planner."""
     broker: BrokerSettings | None = None
     """Where AGVs with `driver: vda5050` are found; None: one of its own on this machine."""
     zones: tuple[Zone, ...] = ()

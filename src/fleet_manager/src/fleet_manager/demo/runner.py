@@ -51,7 +51,7 @@ class DemoPlan:
     fleet: Fleet  # the robots
     rtf: float  # the requested real-time factor
     windows: bool  # whether RViz and the operator's windows open
-    traffic: str = ""  # who says who goes first; empty: as the fleet file says
+    traffic: str = ""  # who decides which robot goes first; empty: as the fleet file says
 
     @property
     def arguments(self) -> dict[str, str]:
