@@ -83,7 +83,7 @@ def launch_fleet(
         click.echo(f"{fleet}: good. {_summary(wanted)}")
         return
     landmarks = landmarks_of(building, wanted.chargers or ())
-    places = dict(places_of(world)) if world is not None else {}
+    places = dict(places_of(world)) if world is not None and sim else {}
     places |= {charger.name: charger.pose for charger in wanted.chargers or ()}
     text = launch_text(wanted, sim=sim, landmarks=landmarks, places=places)
     if shown:
