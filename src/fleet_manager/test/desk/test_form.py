@@ -15,6 +15,7 @@ from fleet_manager.desk.form import (
     goals_needed,
     next_task_id,
     parsed,
+    typed_goals,
 )
 from hive_common.pose import Pose
 
@@ -158,3 +159,13 @@ def test_plain_decimal_numbers_are_read(typed, number):
 def test_the_next_id_is_behind_all_that_are_taken():
     assert next_task_id([]) == "T1"
     assert next_task_id(["T3", "T10", "T7.2", "rush"]) == "T11"
+
+
+def test_goals_that_can_be_read_are_known_before_the_form_is_complete():
+    goals = (HERE, GoalText("8.5", "", ""), GoalText("1", "2", ""))
+
+    assert typed_goals(form(type=TaskType.GAB, goals=goals)) == {
+        "A": Pose(3.0, 4.0, math.pi / 2),
+        "C": Pose(1.0, 2.0, 0.0),
+    }
+    assert typed_goals(form(goals=(GoalText("9" * 400, "2", ""), HERE, HERE))) == {}

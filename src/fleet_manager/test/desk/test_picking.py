@@ -86,3 +86,15 @@ def test_an_optional_goal_can_be_picked_without_arming_another():
 
     assert picking.take(click(1, 2), BOTH) == Filled("C", 1, 2)
     assert picking.armed == ""
+
+
+def test_a_drag_is_meant_for_a_goal_while_one_is_armed_or_near_the_last_click():
+    picking = Picking()
+    assert not picking.wants_drag(Pose(1, 2))
+
+    picking.arm("B")
+    assert picking.wants_drag(Pose(9, 9))
+
+    picking.take(click(1, 2), BOTH)
+    assert picking.wants_drag(Pose(1.2, 2.1))
+    assert not picking.wants_drag(Pose(9, 9))

@@ -20,15 +20,17 @@ if TYPE_CHECKING:
     from blackboard.auction.decision import Decision
     from blackboard.domain.task import Task
     from fleet_manager.desk.places import Place
+    from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
+    from hive_common.zone import Zone
 
 
 @dataclass(frozen=True, slots=True)
 class Clicked:
-    """A point that a person chose on the map in RViz."""
+    """A point that a person chose on the map, in RViz or in the window."""
 
     pose: Pose  # the point [in `frame`]; its yaw counts only with `has_heading`
-    frame: str  # the fixed frame of RViz
+    frame: str  # the fixed frame of RViz; "map" from the window
     has_heading: bool  # True for a dragged arrow (2D Nav Goal), False for Publish Point
 
 
@@ -40,6 +42,18 @@ class MapBounds:
     y_min: float
     x_max: float
     y_max: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapKnown:
+    """The map of the building, also in coarser steps; see `desk.chart.levels_of`."""
+
+    levels: tuple[GridMap, ...]  # the map itself, then each with half the cells a side
+
+    @property
+    def bounds(self) -> MapBounds:
+        """Where the map ends."""
+        return MapBounds(*self.levels[0].bounds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +99,13 @@ class PlacesKnown:
 
 
 @dataclass(frozen=True, slots=True)
+class ZonesKnown:
+    """The zones of the traffic planner; it tells on a topic which of them are closed."""
+
+    zones: tuple[Zone, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class DecisionRead:
     """A decision of an auction, from the files of a member of the hive on this machine."""
 
@@ -99,8 +120,8 @@ class TroublesRead:
 
 
 Fact = (
-    HiveMessage | Clicked | MapBounds | PlannedPath | RobotPose | PlacesKnown | LinkChange
-    | DecisionRead | TroublesRead
+    HiveMessage | Clicked | MapKnown | PlannedPath | RobotPose | PlacesKnown | ZonesKnown
+    | LinkChange | DecisionRead | TroublesRead
 )  # fmt: skip
 
 

@@ -114,6 +114,19 @@ def check(form: FormText, taken: Collection[str] = (), bounds: MapBounds | None 
     return Checked(Task(name, form.type, goals, int(priority), payload, "map"), {})
 
 
+def typed_goals(form: FormText) -> dict[str, Pose]:
+    """Return the goals that the type takes and that are places, by name [map frame]."""
+    goals = {}
+    for name, goal in zip(GOALS_TAKEN[form.type], form.goals, strict=False):
+        x, y = parsed(goal.x.strip()), parsed(goal.y.strip())
+        degrees = parsed(goal.heading.strip() or "0")
+        if x is not None and y is not None and degrees is not None:
+            pose = Pose(x, y, math.radians(degrees))
+            if not pose.flaw:
+                goals[name] = pose
+    return goals
+
+
 def _checked_id(name: str, taken: Collection[str], mistakes: dict[str, str]) -> str:
     allowed = f"allowed: 1 to {MAX_ID_LENGTH} letters, digits, - and _"
     if not name:

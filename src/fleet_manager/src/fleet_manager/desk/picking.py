@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 SAME_PLACE = 0.5  # [m], a drag that starts this near the last click turns that goal
-_CLICK = "click in RViz with Publish Point"
+_CLICK = "click on the map (in RViz with Publish Point)"
+_DRAG = "drag (in RViz with 2D Nav Goal)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,7 @@ class Picking:
         """Let the next click fill a goal."""
         self.armed = name
         self._last = None
-        self.message = f"Goal {name}: {_CLICK}, or drag with 2D Nav Goal."
+        self.message = f"Goal {name}: {_CLICK}, or {_DRAG} to set its heading too."
 
     def disarm(self) -> None:
         """Ignore clicks from now on."""
@@ -52,12 +53,16 @@ class Picking:
         self._last = None
         self.message = ""
 
+    def wants_drag(self, start: Pose) -> bool:
+        """Return whether a drag that starts at a point [map frame] is meant for a goal."""
+        return bool(self.armed) or self._turns(start)
+
     def take(self, clicked: Clicked, needed: Sequence[str]) -> Filled | None:
         """Return what a click fills, or None where it is not meant for the form.
 
         `needed` are the names of the goals that the chosen type needs, in order.
         """
-        turns = clicked.has_heading and self._last and _near(self._last[1], clicked.pose)
+        turns = clicked.has_heading and self._turns(clicked.pose)
         if not (self.armed or turns):
             return None
         if clicked.frame.lstrip("/") != self._frame:
@@ -73,17 +78,17 @@ class Picking:
             return Filled(self._last[0], yaw=clicked.pose.yaw)
         return self._fill(clicked, needed)
 
+    def _turns(self, start: Pose) -> bool:
+        """Return whether a drag from a point turns the goal that was filled last."""
+        return self._last is not None and self._last[1].distance_to(start) <= SAME_PLACE
+
     def _fill(self, clicked: Clicked, needed: Sequence[str]) -> Filled:
         filled, pose = self.armed, clicked.pose
         behind = needed[needed.index(filled) + 1 :] if filled in needed else ()
         self.armed = behind[0] if behind else ""
         self._last = (filled, pose)
-        then = "A drag with 2D Nav Goal there sets its heading."
+        then = f"To set its heading, {_DRAG} from there."
         if self.armed:
             then = f"Goal {self.armed}: {_CLICK}."
         self.message = f"Goal {filled} is filled. {then}"
         return Filled(filled, pose.x, pose.y, pose.yaw if clicked.has_heading else None)
-
-
-def _near(one: Pose, other: Pose) -> bool:
-    return one.distance_to(other) <= SAME_PLACE

@@ -28,10 +28,14 @@ from fleet_manager.desk.facts import (
     LinkChange,
     LinkState,
     MapBounds,
+    MapKnown,
     PlacesKnown,
+    PlannedPath,
     ReadDecisions,
+    RobotPose,
     SetRobotState,
     TroublesRead,
+    ZonesKnown,
 )
 from fleet_manager.desk.requests import RequestQueue
 
@@ -42,6 +46,7 @@ if TYPE_CHECKING:
     from fleet_manager.desk.facts import DeskLink, Fact
     from fleet_manager.desk.places import Place
     from hive_common.pose import Pose
+    from hive_common.zone import Zone
 
 DRAIN_PERIOD = 100  # [ms], about as quick as a person notices
 TICK_PERIOD = 250  # [ms], for what depends on time alone
@@ -57,6 +62,8 @@ class Desk(QObject):
         clicked: A `Clicked`.
         sent_tasks_changed: A task that was sent has been answered.
         places_changed: The named places of the world are known.
+        map_changed: The map, the zones, or where robots are and drive, at most once for each
+            drain.
         standing_changed: The leader or the ROS master came or went.
 
     Args:
@@ -68,18 +75,23 @@ class Desk(QObject):
     sent_tasks_changed = Signal()
     standing_changed = Signal()
     places_changed = Signal()
+    map_changed = Signal()
 
     def __init__(self, link: DeskLink) -> None:
         super().__init__()
         self.hive = HiveState(detailed=True)  # what is known of the hive
         self.requests = RequestQueue(link.send)  # what has been sent
         self.places: tuple[Place, ...] = ()  # the named places of the world
-        self.bounds: MapBounds | None = None  # the edges of the map; None until a map is known
+        self.map: MapKnown | None = None  # None until a map is known
+        self.zones: tuple[Zone, ...] = ()  # in which the traffic planner limits robots
+        self.paths: dict[str, PlannedPath] = {}  # by robot
+        self.poses: dict[str, Pose] = {}  # by robot [map frame], newer than in its reports
         self.link_change = LinkChange(LinkState.SEARCHING, "")  # the link to the ROS master
         self.troubles: tuple[str, ...] = ()  # what members and nodes say is wrong
         self._link = link
         self._name = secrets.token_hex(8)  # as the poster of tasks
         self._standing: tuple[object, ...] = ()
+        self._map_changed = False
         self._drain_timer = QTimer(self, interval=DRAIN_PERIOD, timeout=self._drain)
         self._tick_timer = QTimer(self, interval=TICK_PERIOD, timeout=self._tick)
 
@@ -98,6 +110,11 @@ class Desk(QObject):
     def now(self) -> float:
         """Return the hive's time [s]."""
         return self._link.now()
+
+    @property
+    def bounds(self) -> MapBounds | None:
+        """The edges of the map; None until a map is known."""
+        return self.map.bounds if self.map else None
 
     @property
     def standing(self) -> Standing:
@@ -174,6 +191,9 @@ class Desk(QObject):
         if heard:
             self.sent_tasks_changed.emit()
         self._tell_changes()
+        if self._map_changed:
+            self._map_changed = False
+            self.map_changed.emit()
 
     def _take(self, fact: Fact, now: float) -> bool:
         """Take in one fact, and return whether it answers something that was sent."""
@@ -185,8 +205,8 @@ class Desk(QObject):
             self.hive.add_bids(fact.decision)
         elif isinstance(fact, Clicked):
             self.clicked.emit(fact)
-        elif isinstance(fact, MapBounds):
-            self.bounds = fact
+        elif isinstance(fact, MapKnown | ZonesKnown | PlannedPath | RobotPose):
+            self._take_drawn(fact)
         elif isinstance(fact, LinkChange):
             self._take_link_change(fact)
         elif isinstance(fact, TroublesRead):
@@ -196,6 +216,18 @@ class Desk(QObject):
             self.places = fact.places
             self.places_changed.emit()
         return self.requests.hear(fact, self.hive.record)
+
+    def _take_drawn(self, fact: MapKnown | ZonesKnown | PlannedPath | RobotPose) -> None:
+        """Take in what only the map shows."""
+        self._map_changed = True
+        if isinstance(fact, MapKnown):
+            self.map = fact
+        elif isinstance(fact, ZonesKnown):
+            self.zones = fact.zones
+        elif isinstance(fact, PlannedPath):
+            self.paths[fact.robot] = fact
+        else:
+            self.poses[fact.robot] = fact.pose
 
     def _take_link_change(self, change: LinkChange) -> None:
         self.link_change = change

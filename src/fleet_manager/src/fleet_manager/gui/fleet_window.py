@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The main window around task entry and task view."""
+"""The main window around task entry, map and task view."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from python_qt_binding.QtWidgets import (
 )
 
 from fleet_manager.client.formats import counted
+from fleet_manager.desk.form import typed_goals
 from fleet_manager.gui.benchmarks import Benchmarks
+from fleet_manager.gui.fleet_map import FleetMap
 from fleet_manager.gui.look import Appearance, appear
 from fleet_manager.gui.task_entry import TaskEntry
 from fleet_manager.gui.task_view import TaskView
@@ -37,6 +39,8 @@ _TITLES = {
     "app.entry": "Task entry",
     "app.view": "Task view",
 }
+_LETTERS = (56, 50, 164)  # widths of task entry, map and task view
+_LAYOUT = 1  # a layout that was kept for other docks is not restored
 _LOOKS = {
     Appearance.DESKTOP: "As the &desktop",
     Appearance.LIGHT: "&Light",
@@ -45,7 +49,10 @@ _LOOKS = {
 
 
 class FleetWindow(QMainWindow):
-    """Task entry and task view, docked; either may be left out, moved or torn off."""
+    """Task entry, map and task view, docked; each may be moved or torn off.
+
+    With task entry or task view alone there is no map.
+    """
 
     def __init__(
         self, desk: Desk, settings: QSettings, *, entry: bool = True, view: bool = True
@@ -57,9 +64,21 @@ class FleetWindow(QMainWindow):
         self.view = TaskView(desk) if view else None
         self._docks: list[QDockWidget] = []
         self._benchmarks_dock: QDockWidget | None = None
+        self.map: FleetMap | None = None
         if self.entry and self.view:
-            self._docks = [self._dock(self.entry, "entry"), self._dock(self.view, "view")]
+            self.map = FleetMap(desk, self.entry.picking)
+            self._docks = [
+                self._dock(self.entry, "entry"),
+                self._dock(self.map, "map"),
+                self._dock(self.view, "view"),
+            ]
             self.entry.authority_label.hide()
+            self.entry.picking_changed.connect(self._show_picking)
+            self.entry.type_box.currentIndexChanged.connect(self._show_typed)
+            for editor in self.entry.goal_editors.values():
+                editor.edited.connect(self._show_typed)
+            self.map.robot_chosen.connect(self.view.select_robot)
+            self.map.task_chosen.connect(self.view.select_task)
         else:
             self.setCentralWidget(self.entry or self.view)
         name = "app.name" if self._docks else "app.entry" if entry else "app.view"
@@ -68,7 +87,7 @@ class FleetWindow(QMainWindow):
         self.setDockNestingEnabled(True)
         self._add_menus()
         self._lay_out()
-        self._first_layout = self.saveState()
+        self._first_layout = self.saveState(_LAYOUT)
         self._restore()
 
     def event(self, event: QEvent) -> bool:
@@ -87,7 +106,7 @@ class FleetWindow(QMainWindow):
             return
         name = self.objectName()
         self._settings.setValue(f"{name}/geometry", self.saveGeometry())
-        self._settings.setValue(f"{name}/state", self.saveState())
+        self._settings.setValue(f"{name}/state", self.saveState(_LAYOUT))
         if self.view:
             self.view.save(self._settings)
         super().closeEvent(event)
@@ -123,18 +142,28 @@ class FleetWindow(QMainWindow):
 
     def _lay_out(self) -> None:
         """Place the docks as at the very first start."""
-        for dock, area in zip(
-            self._docks, (Qt.LeftDockWidgetArea, Qt.RightDockWidgetArea), strict=False
-        ):
-            self.addDockWidget(area, dock)
-            dock.show()
         letter = self.fontMetrics().averageCharWidth()
         screen = QApplication.primaryScreen().availableGeometry()
-        width = 220 if self.view and self.entry else 200 if self.view else 62
+        is_narrow = screen.width() < sum(_LETTERS) * letter
+        width = 200 if self.view else 62
+        if self._docks:
+            width = sum(_LETTERS[::2] if is_narrow else _LETTERS)
         height = 46 * self.fontMetrics().lineSpacing()
         self.resize(min(screen.width(), width * letter), min(screen.height(), height))
-        if self._docks:
-            self.resizeDocks(self._docks, [56 * letter, 164 * letter], Qt.Horizontal)
+        if not self._docks:
+            return
+        entry, chart, view = self._docks
+        self.addDockWidget(Qt.LeftDockWidgetArea, entry)
+        for dock in (chart, view):
+            self.addDockWidget(Qt.RightDockWidgetArea, dock, Qt.Horizontal)
+            dock.show()
+        shares = [share * letter for share in _LETTERS]
+        if is_narrow:
+            self.tabifyDockWidget(chart, view)
+            view.raise_()
+            self.resizeDocks([entry, view], [shares[0], shares[2]], Qt.Horizontal)
+        else:
+            self.resizeDocks(self._docks, shares, Qt.Horizontal)
 
     def _add_menus(self) -> None:
         menu = self.menuBar().addMenu("&File")
@@ -156,6 +185,21 @@ class FleetWindow(QMainWindow):
             looks.addAction(action)
         group.triggered.connect(lambda action: self.appear(action.data()))
         self._looks = group
+
+    def _show_picking(self) -> None:
+        """Bring the map to the front while a goal is picked, unless it was closed."""
+        assert self.entry  # noqa: S101  (it has told so)
+        assert self.map  # noqa: S101  (it comes with the entry)
+        self.map.show_picking()
+        dock = self._docks[1]
+        if self.entry.picking.armed and not dock.isHidden():
+            dock.raise_()
+
+    def _show_typed(self) -> None:
+        """Show on the map the goals that are in the form."""
+        assert self.entry  # noqa: S101  (it has told so)
+        assert self.map  # noqa: S101  (it comes with the entry)
+        self.map.show_typed(typed_goals(self.entry.typed()))
 
     def _list_zones(self) -> None:
         """Fill the menu with the zones; the checked ones are closed."""
@@ -186,14 +230,14 @@ class FleetWindow(QMainWindow):
         self._desk.sent_tasks_changed.emit()
 
     def _reset(self) -> None:
-        self.restoreState(self._first_layout)
+        self.restoreState(self._first_layout, _LAYOUT)
 
     def _restore(self) -> None:
         name = self.objectName()
         if (geometry := self._settings.value(f"{name}/geometry")) is not None:
             self.restoreGeometry(geometry)
         if (state := self._settings.value(f"{name}/state")) is not None:
-            self.restoreState(state)
+            self.restoreState(state, _LAYOUT)
         if self.view:
             self.view.restore(self._settings)
         kept = self._settings.value("appearance", Appearance.DESKTOP.value)

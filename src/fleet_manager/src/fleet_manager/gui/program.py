@@ -32,7 +32,7 @@ COLLECT_AFTER = (10_000, 20, 20)  # thresholds of the three generations, see gc.
 def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     """Run a node with one window until it is closed, then leave the process."""
     application = _application(name)
-    desk = Desk(RosDeskLink(name, sys.argv))
+    desk = Desk(RosDeskLink(name, sys.argv, shows_map=entry and view))
     window = FleetWindow(desk, _settings(), entry=entry, view=view)
     desk.start()
     window.show()

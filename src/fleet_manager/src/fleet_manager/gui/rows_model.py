@@ -65,6 +65,10 @@ class RowsModel(QAbstractTableModel):
         """Return the name of a row."""
         return self._names[number]
 
+    def number_of(self, name: str) -> int | None:
+        """Return the number of the row of a name; None if there is none."""
+        return self._numbers.get(name)
+
     def row_at(self, number: int) -> Any:  # noqa: ANN401  (any kind of row)
         """Return a row."""
         return self._rows[number]

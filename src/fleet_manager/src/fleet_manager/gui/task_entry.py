@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtCore import Qt, Signal
 from python_qt_binding.QtWidgets import QListWidgetItem, QWidget
 
 from blackboard.domain.task import TaskType
@@ -39,7 +39,13 @@ _TYPES = {
 
 
 class TaskEntry(QWidget):
-    """The form, its checks, and what became of the tasks that were sent."""
+    """The form, its checks, and what became of the tasks that were sent.
+
+    Signals:
+        picking_changed: `picking` has changed.
+    """
+
+    picking_changed = Signal()
 
     def __init__(self, desk: Desk) -> None:
         super().__init__()
@@ -60,6 +66,11 @@ class TaskEntry(QWidget):
         self._offer_places()
         self.clear()
         self._show_sent()
+
+    @property
+    def picking(self) -> Picking:
+        """Which goal the next click on the map fills."""
+        return self._picking
 
     @property
     def kind(self) -> TaskType:
@@ -254,6 +265,7 @@ class TaskEntry(QWidget):
     def _show_picking(self) -> None:
         for name, editor in self.goal_editors.items():
             editor.pick_button.setChecked(name == self._picking.armed)
+        self.picking_changed.emit()
         self.message_label.setText(self._picking.message)
         self.message_label.setVisible(bool(self._picking.message))
 

@@ -80,6 +80,14 @@ class TaskView(QWidget):
         rows = self.robot_table.selectionModel().selectedRows()
         return [self.robot_rows.name_at(self.shown_robots.mapToSource(row).row()) for row in rows]
 
+    def select_robot(self, name: str) -> None:
+        """Select the row of a robot."""
+        _select(self.robot_table, self.shown_robots, self.robot_rows, name)
+
+    def select_task(self, task_id: str) -> None:
+        """Select the row of a task, if it is shown."""
+        _select(self.task_table, self.shown_tasks, self.task_rows, task_id)
+
     def save(self, settings: QSettings) -> None:
         """Keep the layout and choices."""
         settings.setValue("view/upper", self.upper.saveState())
@@ -222,6 +230,14 @@ def _sorted(rows: RowsModel) -> QAbstractItemModel:
     proxy.setSourceModel(rows)
     proxy.setSortRole(SORT_ROLE)
     return proxy
+
+
+def _select(table: QTableView, shown: QAbstractItemModel, rows: RowsModel, name: str) -> None:
+    number = rows.number_of(name)
+    index = shown.mapFromSource(rows.index(0 if number is None else number, 0))
+    if number is not None and index.isValid():
+        table.selectRow(index.row())
+        table.scrollTo(index)
 
 
 def _set_up(table: QTableView, shown: QAbstractItemModel, rows: RowsModel) -> None:

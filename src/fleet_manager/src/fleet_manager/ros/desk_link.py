@@ -18,6 +18,7 @@ from blackboard.auction.decision_log import read_decisions
 from blackboard.errors import JournalError, SettingsError
 from blackboard.ros.master_watch import MasterState, MasterWatch
 from blackboard.ros.membership import journal_folder
+from blackboard.ros.traffic_told import zones_of
 from fleet_manager.desk.facts import (
     DecisionRead,
     LinkChange,
@@ -25,6 +26,7 @@ from fleet_manager.desk.facts import (
     PlacesKnown,
     ReadDecisions,
     TroublesRead,
+    ZonesKnown,
 )
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
@@ -50,6 +52,7 @@ class RosDeskLink:
     Args:
         name: Of the node; ROS adds a number, so that several windows can be open.
         argv: The node's arguments, for remapping.
+        shows_map: Whether robots' poses and paths are listened to.
 
     ROS Subscribers and Publishers:
         Those of `HiveTopics` and `MapTopics`.
@@ -58,7 +61,7 @@ class RosDeskLink:
         places, see `place_parameter`; refused_to_start, see `hive_common.ros.refusal`.
     """
 
-    def __init__(self, name: str, argv: list[str]) -> None:
+    def __init__(self, name: str, argv: list[str], *, shows_map: bool = True) -> None:
         self._name, self._argv = name, argv
         self._inbox = Inbox()
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -66,6 +69,8 @@ class RosDeskLink:
         self._watch = MasterWatch(name)
         self._topics = HiveTopics(self._inbox.put, self._meet)
         self._places = PlacesKnown(())
+        self._map = MapTopics(self._inbox.put)
+        self._shows_map = shows_map
 
     def start(self) -> None:
         """Begin to connect, in the background."""
@@ -100,6 +105,13 @@ class RosDeskLink:
 
     def _meet(self, robot: str) -> None:
         self._work.put(lambda: self._topics.advertise_to(robot))
+        if self._shows_map:
+            self._work.put(lambda: self._draw(robot))
+
+    def _draw(self, robot: str) -> None:
+        """Follow where a robot is and drives. Its launch has set the zones by now."""
+        self._map.listen_to_drive(robot)
+        self._inbox.put(ZonesKnown(zones_of("")), ZonesKnown)
 
     def _run(self) -> None:
         """Connect, then run the queued work until stopped."""
@@ -110,7 +122,7 @@ class RosDeskLink:
         rospy.init_node(self._name, self._argv, anonymous=True, disable_signals=True)
         self._topics.advertise()
         self._topics.listen_to_all()
-        MapTopics(self._inbox.put).listen_to_person()
+        self._map.listen_to_person()
         mend_links()
         self._report_master(LinkState.UP)
         troubles = Troubles()

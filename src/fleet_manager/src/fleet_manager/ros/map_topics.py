@@ -16,7 +16,8 @@ from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
 from fleet_manager.config.fleet_file import OUR_PLAN
-from fleet_manager.desk.facts import Clicked, MapBounds, PlannedPath, RobotPose
+from fleet_manager.desk.chart import levels_of
+from fleet_manager.desk.facts import Clicked, MapKnown, PlannedPath, RobotPose
 from hive_common.errors import MapError
 from hive_common.pose import Pose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg
@@ -32,7 +33,7 @@ class MapTopics:
         self._put = put
 
     def listen_to_person(self) -> None:
-        """Follow where a person points in RViz, and where the map ends.
+        """Follow where a person points in RViz, and the map.
 
         ROS Subscribers:
             clicked_point (geometry_msgs/PointStamped), move_base_simple/goal
@@ -65,11 +66,11 @@ class MapTopics:
 
     def _hear_map(self, msg: OccupancyGrid) -> None:
         try:
-            bounds = map_from_msg(msg).bounds
+            levels = levels_of(map_from_msg(msg))
         except MapError as error:
             rospy.logwarn_throttle_identical(10, f"a map is ignored: {error}")
             return
-        self._put(MapBounds(*bounds), "map")
+        self._put(MapKnown(levels), "map")
 
     def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
         if (pose := _pose(msg.pose.pose)) is not None:
