@@ -245,7 +245,9 @@ class Person:
         self.look()
 
     def press(self, key, widget=None):
-        QTest.keyClick(widget or self._application.focusWidget(), key)
+        widget = widget or self._application.focusWidget()
+        assert widget is not None, "no window has the focus; activate one first"  # Qt would abort
+        QTest.keyClick(widget, key)
         self.look()
 
     def answer(self, text):
@@ -257,9 +259,11 @@ class Person:
         self.wait_until(self._application.activeModalWidget)
         box = self._application.activeModalWidget()
         (button,) = (each for each in box.buttons() if text in each.text())
-        told = box.informativeText()
+        told, window = box.informativeText(), box.parentWidget().window()
         self.click(button)
         self.wait_until(lambda: not self._application.activeModalWidget())
+        # A window manager gives the focus back; this screen has none.
+        self.wait_until(lambda: window.isActiveWindow() or window.activateWindow())
         return told
 
     def reach(self, widget):

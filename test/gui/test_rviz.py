@@ -110,6 +110,7 @@ def canvas(person, hive_window, tmp_path):  # noqa: ARG001  (RViz lies on top of
 
 
 def test_a_click_in_rviz_fills_the_goal_within_half_a_cell(person, hive_window, canvas):
+    person.wait_until(lambda: hive_window.isActiveWindow() or hive_window.activateWindow())
     (canvas, look), entry = canvas, hive_window.entry
     goal = entry.goal_editors["A"]
     person.choose(entry.type_box, int(TaskType.GAB))

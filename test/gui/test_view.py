@@ -112,6 +112,7 @@ def test_a_load_that_was_left_on_board_is_sent_to_a_place(person, view, link):
     person.click(view.unload_button)
     person.wait_until(QApplication.activeModalWidget)
     QApplication.activeModalWidget().accept()
+    person.wait_until(lambda: view.window().isActiveWindow() or view.window().activateWindow())
 
     person.wait_until(lambda: SetRobotState("robot3", "put_down 1.500 2.500 0.0000") in link.sent)
 
