@@ -112,6 +112,7 @@ PAGES = {
             for name in (
                 "fleet_manager",
                 "fleet_manager_dark",
+                "map",
                 "rviz",
                 "takeover",
                 "task_details",
