@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtGui import QPalette
 from python_qt_binding.QtWidgets import QApplication
 
 from blackboard.consensus.task_list import TaskList
@@ -13,7 +14,7 @@ from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.facts import CancelTask, PlacesKnown, SetRobotState
 from fleet_manager.desk.places import Place
-from fleet_manager.gui.look import Tone, color
+from fleet_manager.gui.look import Appearance, Tone, color
 from fleet_manager.gui.rows_model import SHARE_ROLE
 from hive_common.pose import Pose
 
@@ -119,6 +120,21 @@ def test_a_load_that_was_left_on_board_is_sent_to_a_place(person, view, link):
 
 def test_only_a_robot_with_a_load_left_on_board_is_sent_to_put_it_down(person, view, link):
     link.said.append(PlacesKnown((Place("dock", Pose(1.5, 2.5, 0.0)),)))
+    person.wait_until(lambda: view._desk.places)  # noqa: SLF001  (without places it is off anyway)
     person.select_row(view.robot_table, "robot3")
 
     assert not view.unload_button.isEnabled()
+
+
+def test_the_line_of_needs_is_readable_after_the_appearance_has_changed(person, window, view):
+    person.wait_until(view.needs_label.text)
+    shades = []
+    for appearance in (Appearance.LIGHT, Appearance.DARK):
+        window.appear(appearance)
+        person.look()
+        ink = view.needs_label.palette().color(QPalette.WindowText)
+        shades.append((ink.name(), color(Tone.GOOD, view.palette()).name()))
+    window.appear(Appearance.LIGHT)
+
+    assert all(shown == wanted for shown, wanted in shades)
+    assert shades[0] != shades[1]

@@ -66,3 +66,18 @@ def test_robots_do_not_count_as_heard_while_one_is_missing(tell):
     link.receive(0.0)
 
     assert not link.has_heard_robots()
+
+
+def test_the_simulated_time_is_waited_for_until_it_is_told(tell, monkeypatch):
+    link, _ = tell
+    times = iter([0.0, 0.0, 12.5])
+    monkeypatch.setattr(client_link.rospy, "get_time", lambda: next(times))
+
+    assert link.hive_time(within=5.0) == 12.5
+
+
+def test_a_time_that_nobody_tells_is_unknown(tell, monkeypatch):
+    link, _ = tell
+    monkeypatch.setattr(client_link.rospy, "get_time", lambda: 0.0)
+
+    assert link.hive_time(within=0.05) == 0.0

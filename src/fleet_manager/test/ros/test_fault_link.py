@@ -34,3 +34,36 @@ def test_a_robot_that_shares_its_process_is_not_stopped(master, monkeypatch):
 
     with pytest.raises(InputError, match="shares its process with others"):
         fault_link._pids(master, "robot2")  # noqa: SLF001  (as above)
+
+
+@pytest.fixture
+def killed(monkeypatch):
+    """What is killed, where the leader is robot1 in a process that hosts several robots."""
+    beat = SimpleNamespace(
+        active="/robot1/robot", _connection_header={"callerid": "/robot_host_1"}
+    )
+    pids = []
+    monkeypatch.setattr(fault_link, "_master", lambda: None)
+    monkeypatch.setattr(fault_link, "_pid", lambda _master, node: {"/robot_host_1": 77}[node])
+    monkeypatch.setattr(fault_link.os, "kill", lambda pid, number: pids.append((pid, int(number))))
+    monkeypatch.setattr(fault_link.rospy, "init_node", lambda *_, **__: None)
+    monkeypatch.setattr(fault_link.rospy, "wait_for_message", lambda *_, **__: beat)
+    return pids
+
+
+def test_the_process_that_sends_the_heartbeats_is_killed_and_whom_it_hosts_is_said(killed):
+    told = fault_link.RosFaultLink().kill_leader()
+
+    assert killed == [(77, 9)]
+    assert told == "killed the leader robot1/robot, process 77, with every robot of robot_host_1"
+
+
+def test_where_no_leader_is_heard_nothing_is_killed(killed, monkeypatch):
+    def nobody(*_, **__):
+        raise fault_link.rospy.ROSException("timeout")
+
+    monkeypatch.setattr(fault_link.rospy, "wait_for_message", nobody)
+
+    with pytest.raises(InputError, match="no leader is heard within 5 s"):
+        fault_link.RosFaultLink().kill_leader()
+    assert killed == []

@@ -48,7 +48,7 @@ class HiveState:
     """
 
     def __init__(self, *, detailed: bool = False) -> None:
-        self.leadership = Leadership()  # who carries the blackboard
+        self.leadership = Leadership()  # who is the leader
         self.bid_book = BidBook()  # the bids on every task
         self._detailed = detailed
         self._tasks: dict[str, TaskRow] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who carries the blackboard, as far as the heartbeat tells."""
+"""Who is the leader, as far as the heartbeat tells."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Answer(Enum):
     """What became of a task that was sent."""
 
     KEPT = "kept here; it is sent as soon as there is a blackboard"
-    """Nobody carries the blackboard; the task has not been sent."""
+    """There is no leader; the task has not been sent."""
     WAITS = "sent, waiting for the answer"
     """The task was sent and not answered."""
     TAKEN = "accepted"

@@ -71,8 +71,6 @@ class NeedsLine(QObject):
     def refresh(self) -> None:
         """Show the present text, in the colour of the most urgent need."""
         words = needs_text(self._desk)
-        if words == self._label.text():
-            return
         tone = Tone.GOOD
         for severity in (Severity.ALARM, Severity.WARNING):
             if SEVERITY_SIGNS[severity][0] in words:

@@ -38,7 +38,7 @@ CLOCK_PERIOD = 1000  # [ms], for ages and times of arrival
 
 
 class TaskView(QWidget):
-    """Tasks, robots, the log, and who carries the blackboard."""
+    """Tasks, robots, the log, who is the leader, and what needs a person."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__()
