@@ -3,6 +3,7 @@
 
 import contextlib
 import io
+import os
 import queue
 import socket
 import struct
@@ -40,7 +41,8 @@ class Publisher:
         topics: What it says that it publishes, with types.
         answers: What it says to who wants to connect, before it says where; in order.
         is_confused: How often it fails when it is asked what it publishes.
-        asked: The names of the calls.
+        asked: The names of the calls that this test's node makes. Others may call: nodes of other
+            tests, which look for one that has ended and had the same port.
         goes_on: Until it is set, nobody is told where to connect.
     """
 
@@ -69,15 +71,19 @@ class Publisher:
             self._door.shutdown(socket.SHUT_RDWR)
         self._door.close()
 
-    def _request(self, _caller, _topic, _protocols):
-        self.asked.put("requestTopic")
+    def _note(self, caller, call):
+        if caller == rospy.get_name():
+            self.asked.put(call)
+
+    def _request(self, caller, _topic, _protocols):
+        self._note(caller, "requestTopic")
         self.goes_on.wait(PATIENCE)
         if self.answers:
             return self.answers.pop(0)
         return [1, "", ["TCPROS", *self._door.getsockname()]]
 
-    def _list(self, _caller):
-        self.asked.put("getPublications")
+    def _list(self, caller):
+        self._note(caller, "getPublications")
         if self.is_confused:
             self.is_confused -= 1
             raise RuntimeError("not now")
@@ -150,6 +156,18 @@ def serve(caller):
     caller.sendall(encode_ros_handshake_header(ACCEPTED) + struct.pack("<I", len(text)) + text)
 
 
+def run_timers_at_once(monkeypatch):
+    """Let what a timer does begin before whoever has started it goes on."""
+
+    class Timer(threading.Timer):
+        def start(self):
+            self.interval = 0.0
+            super().start()
+            self.join(0.2)  # it may have to wait for the one who started it
+
+    monkeypatch.setattr(reconnecting.threading, "Timer", Timer)
+
+
 class Listener:
     """A node that subscribes to the topic.
 
@@ -173,6 +191,7 @@ def handler(monkeypatch):
     monkeypatch.setattr(reconnecting, "FIRST_PAUSE", 0.01)
     monkeypatch.setattr(reconnecting, "LONGEST_PAUSE", 0.01)
     monkeypatch.setattr(tcpros_base, "_use_tcp_keepalive", False)
+    monkeypatch.setattr(rospy.names, "_caller_id", f"/listener_{os.getpid()}")
     for place, name in (
         (_SubscriberImpl, "_remove_connection"),
         (tcpros_pubsub, "robust_connect_subscriber"),
@@ -275,6 +294,14 @@ def test_a_publisher_that_is_none_any_more_is_asked_once_and_left_alone(listener
     listener.told_of(other)
     assert listener.heard.get(timeout=PATIENCE) == "here"
     assert speaker.asked.empty()
+
+
+def test_a_loss_is_seen_by_who_connects_again_at_once(listener, publisher, monkeypatch):
+    """A connection is taken off the list only after rospy has told of the loss."""
+    run_timers_at_once(monkeypatch)
+    listener.told_of(publisher(hang_up))
+
+    assert listener.heard.get(timeout=PATIENCE) == "here"
 
 
 def test_who_is_refused_does_not_ask_again(listener, publisher, monkeypatch):

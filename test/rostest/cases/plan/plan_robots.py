@@ -5,7 +5,6 @@ The order is that of the file: each case leaves a fleet that the next one can us
 kills a robot is the last.
 """
 
-import subprocess
 from itertools import product
 from pathlib import Path
 
@@ -16,8 +15,6 @@ from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
 from hive_operator import HOME, ROBOTS, STATES, Operator, apart, slow_motion, task
 from launching import Launches, is_heard, kill, wait_until_empty
 from simenv.srv import Remove
-
-from hive_lab.runner.limits import PATIENCE
 
 PORTER = Path(__file__).resolve().parents[2] / "models" / "porter.yaml"
 SECOND_FLEET = Path(__file__).resolve().parents[2] / "launch" / "second_fleet.launch"
@@ -79,9 +76,10 @@ def test_a_recorded_run_tells_the_same_history_of_tasks(operator, launches, tmp_
     operator.all_idle()
     launches.stop(record)
     replayed = Operator("/replayed/", robots=())
-    play = ["rosbag", "play", "--quiet", "-r", "20", "--wait-for-subscribers", str(bag)]
+    # Kept alive past the end of the bag: a player that ends drops what it has not sent yet.
+    options = ["--quiet", "--keep-alive", "-r", "20", "--wait-for-subscribers"]
     elsewhere = [f"/{topic}:=/replayed/{topic}" for topic in ("task_state", "clock")]
-    subprocess.run([*play, *elsewhere], check=True, timeout=PATIENCE)
+    play = launches.run("rosbag", "play", *options, str(bag), *elsewhere)
     with rosbag.Bag(str(bag)) as recorded:
         count = recorded.get_message_count()
     replayed.expect(
@@ -89,6 +87,7 @@ def test_a_recorded_run_tells_the_same_history_of_tasks(operator, launches, tmp_
         f"all {count} recorded messages",
         lambda: {task_id: len(updates) for task_id, updates in replayed.updates.items()},
     )
+    launches.stop(play)
     states = ", ".join(STATES[state] for state in live[0])
     observed(f"{count} messages on {', '.join(sorted(replayed.updates))}; of B0 {states}")
 

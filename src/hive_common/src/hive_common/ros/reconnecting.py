@@ -138,7 +138,7 @@ class _Keeper:
         with self._lock:
             self._waiting.discard((topic, uri))
         subscription = get_topic_manager().get_subscriber_impl(topic)
-        if rospy.is_shutdown() or subscription is None or subscription.has_connection(uri):
+        if rospy.is_shutdown() or subscription is None or not _misses(subscription, uri):
             return
         is_there = _publishes(uri, topic)
         if is_there:
@@ -149,6 +149,18 @@ class _Keeper:
         else:
             with self._lock:
                 self._pauses.pop((topic, uri), None)
+
+
+def _misses(subscription: Any, uri: str) -> bool:  # noqa: ANN401  (rospy's)
+    """Return whether an open subscription is not connected with a publisher.
+
+    rospy tells of a loss before it takes the connection off the list; it holds the lock meanwhile.
+    """
+    lock = subscription.c_lock  # None once the subscription is closed
+    if lock is None:
+        return False
+    with lock:
+        return not (subscription.closed or subscription.has_connection(uri))
 
 
 def _publishes(uri: str, topic: str) -> bool | None:
