@@ -36,15 +36,31 @@ def test_a_robot_that_shares_its_process_is_not_stopped(master, monkeypatch):
         fault_link._pids(master, "robot2")  # noqa: SLF001  (as above)
 
 
+HOSTED = ("/hall/robot1/robot", "/hall/robot2/robot")
+
+
 @pytest.fixture
-def killed(monkeypatch):
-    """What is killed, where the leader is robot1 in a process that hosts several robots."""
-    beat = SimpleNamespace(
-        active="/robot1/robot", _connection_header={"callerid": "/robot_host_1"}
+def beat():
+    """The heartbeat of robot1, in a process that hosts two robots of five members."""
+    others = ["/hall/blackboard", "/hall/robot3/robot", "/hall/robot30/robot"]
+    return SimpleNamespace(
+        active=HOSTED[0],
+        members=[*HOSTED, *others],
+        _connection_header={"callerid": "/hall/robot_host_1"},
     )
-    pids = []
-    monkeypatch.setattr(fault_link, "_master", lambda: None)
-    monkeypatch.setattr(fault_link, "_pid", lambda _master, node: {"/robot_host_1": 77}[node])
+
+
+@pytest.fixture
+def killed(monkeypatch, beat):
+    """What is killed."""
+    node, pids = "/hall/robot_host_1", []
+    heard = [[f"/hall/{robot}/set_state", [node]] for robot in ("robot1", "robot2")]
+    others = [["/hall/robot3/set_state", ["/hall/robot_host_2"]], ["/hall/new_task", [node]]]
+    state = SimpleNamespace(getSystemState=lambda: ([], [*heard, *others], []))
+    monkeypatch.setattr(fault_link, "_master", lambda: state)
+    monkeypatch.setattr(
+        fault_link, "_pid", lambda _, asked: {node: 77, "/hall/blackboard": 5}[asked]
+    )
     monkeypatch.setattr(fault_link.os, "kill", lambda pid, number: pids.append((pid, int(number))))
     monkeypatch.setattr(fault_link.rospy, "init_node", lambda *_, **__: None)
     monkeypatch.setattr(fault_link.rospy, "wait_for_message", lambda *_, **__: beat)
@@ -55,7 +71,32 @@ def test_the_process_that_sends_the_heartbeats_is_killed_and_whom_it_hosts_is_sa
     told = fault_link.RosFaultLink().kill_leader()
 
     assert killed == [(77, 9)]
-    assert told == "killed the leader robot1/robot, process 77, with every robot of robot_host_1"
+    assert told == (
+        "killed the leader hall/robot1/robot, process 77, with every robot of hall/robot_host_1"
+    )
+
+
+def test_a_leader_is_not_killed_with_so_many_members_that_no_majority_is_left(killed, beat):
+    beat.members.remove("/hall/robot30/robot")
+
+    with pytest.raises(InputError) as refusal:
+        fault_link.RosFaultLink().kill_leader()
+
+    assert killed == []
+    assert str(refusal.value) == (
+        "the leader hall/robot1/robot is not killed: its process 77 carries 2 of 4 members "
+        "(hall/robot1/robot, hall/robot2/robot); 3 are needed to go on, and only 2 would be left: "
+        "start the fleet with processes:=each"
+    )
+
+
+def test_a_leader_with_a_process_of_its_own_is_killed_alone(killed, beat):
+    beat.active = beat._connection_header["callerid"] = "/hall/blackboard"  # noqa: SLF001  (rospy's)
+    beat.members[:] = ["/hall/blackboard", *HOSTED]
+
+    told = fault_link.RosFaultLink().kill_leader()
+
+    assert (killed, told) == ([(5, 9)], "killed the leader hall/blackboard, process 5")
 
 
 def test_where_no_leader_is_heard_nothing_is_killed(killed, monkeypatch):

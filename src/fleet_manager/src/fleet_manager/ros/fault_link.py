@@ -17,12 +17,15 @@ from simenv.msg import Fault as FaultMsg
 from simenv.srv import InjectFault
 from std_msgs.msg import Float64
 
-from blackboard.domain.talker import BACKUP
+from blackboard.consensus.member import majority_of
+from blackboard.domain.talker import BACKUP, SET_STATE
 from fleet_manager.client.formats import member
 from fleet_manager.errors import InputError
 from fleet_manager.ros.client_link import demand_master
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from simenv.faults import Fault
 
 _CALLER = "/hive_fault"
@@ -102,7 +105,8 @@ class RosFaultLink:
         """Kill the process of the leader; return a report.
 
         Raises:
-            InputError: There is no leader, or it runs on another machine.
+            InputError: There is no leader, it runs on another machine, or its process carries so
+                many members that those left are no majority.
             NoHiveError: No ROS master answers.
         """
         master = _master()
@@ -114,11 +118,30 @@ class RosFaultLink:
                 f"no leader is heard within {_PATIENCE:g} s; see `hive tasks` for the reason"
             ) from None
         node = str(beat._connection_header["callerid"])  # noqa: SLF001  (rospy has no other way)
-        pid = _pid(master, node)
+        pid, leader = _pid(master, node), member(beat.active)
+        carried = _carried(master, node, beat.members)
+        left, needed = len(beat.members) - len(carried), majority_of(tuple(beat.members))
+        if left < needed:
+            raise InputError(
+                f"the leader {leader} is not killed: its process {pid} carries {len(carried)} of "
+                f"{len(beat.members)} members ({', '.join(map(member, carried))}); {needed} are "
+                f"needed to go on, and only {left} would be left: start the fleet with "
+                "processes:=each"
+            )
         os.kill(pid, signal.SIGKILL)
-        leader = member(beat.active)
         hosted = "" if leader == member(node) else f", with every robot of {member(node)}"
         return f"killed the leader {leader}, process {pid}{hosted}"
+
+
+def _carried(master: rosgraph.Master, node: str, members: Sequence[str]) -> list[str]:
+    """Return the members in the process of a node: its own, and those of the robots in it."""
+    _, subscribers, _ = master.getSystemState()
+    topics = {topic for topic, nodes in subscribers if node in nodes}
+    return [
+        each
+        for each in members
+        if each == node or f"{each.rpartition('/')[0]}/{SET_STATE}" in topics
+    ]
 
 
 def _pids(master: rosgraph.Master, robot: str) -> list[int]:
