@@ -80,6 +80,17 @@ def test_a_robot_that_was_out_of_service_before_stays_out_when_its_load_is_down(
     assert harness.status.reason == "defect, set by an operator"
 
 
+def test_a_robot_that_is_taken_out_of_service_with_a_load_left_stays_out_when_it_is_down(
+    harness,
+):
+    harness.set_state("defect")
+
+    harness.set_state("put_down 3 4 0")
+    harness.wait(2 * STEP + 1.0)
+
+    assert (harness.status.state, harness.status.payload) == (RobotState.DEFECT, 0.0)
+
+
 @pytest.mark.parametrize(
     ("word", "state", "on_board"),
     [("idle", RobotState.IDLE, 0.0), ("defect", RobotState.DEFECT, 5.0)],

@@ -165,22 +165,58 @@ def test_a_robot_that_does_not_obey_is_said_with_its_reason(link):
         client.command("robot1", "idle")
 
 
-def test_a_robot_with_a_load_goes_to_charge_later_and_is_not_waited_for(link):
-    client = commanded(link, [RobotState.BUSY], payload=2.0)
+def test_a_robot_at_a_charger_is_out_of_service_only_when_it_says_so(link):
+    client = commanded(link, [RobotState.CHARGING, RobotState.CHARGING, RobotState.DEFECT])
+
+    assert client.command("robot1", "defect").state is RobotState.DEFECT
+    assert link.told == [("robot1", "defect")] * 3
+
+
+def test_a_robot_that_is_so_already_is_given_time_to_hear_it(link):
+    client = commanded(link, [RobotState.IDLE] * 9)
     begin = link.now()
 
+    assert client.command("robot1", "idle").state is RobotState.IDLE
+    assert link.now() >= begin + 0.5
+
+
+@pytest.mark.parametrize(("state", "payload"), [(RobotState.IDLE, 0.0), (RobotState.BUSY, 2.0)])
+def test_a_robot_without_a_load_that_was_left_is_not_sent_to_put_it_down(link, state, payload):
+    client = commanded(link, [], payload, first=state)
+
+    with pytest.raises(NotDoneError, match="robot1 has no load that was left on board"):
+        client.command("robot1", "put_down 1 2 0")
+    assert link.told == []
+
+
+def test_a_robot_that_brings_its_load_to_a_place_obeys(link):
+    client = commanded(
+        link, [RobotState.DEFECT] * 2, 2.0, first=RobotState.DEFECT, then="brings it"
+    )
+
+    assert client.command("robot1", "put_down 1 2 0").reason == "brings it"
+    assert link.told == [("robot1", "put_down 1 2 0")] * 2
+
+
+def test_a_robot_with_a_load_goes_to_charge_later_and_is_not_waited_for(link):
+    client = commanded(link, [RobotState.BUSY] * 9, payload=2.0)
+
     assert client.command("robot1", "charge").state is RobotState.BUSY
-    assert link.now() == begin
 
 
-def commanded(link, states, payload=0.0):
-    """Return a client that knows robot1, which is in one state after the other when told."""
-    answers = iter(states)
-    status = RobotStatus("robot1", RobotState.BUSY, Pose(0, 0), 1.0, reason="a load is on board")
+def commanded(link, states, payload=0.0, first=RobotState.BUSY, then="a load is on board"):
+    """Return a client that knows robot1, which is in one state after the other when told.
+
+    Its payload [kg] stays; its reason is another one with the last state.
+    """
+    answers = list(states)
+    status = RobotStatus("robot1", first, Pose(0, 0), 1.0, reason="a load is on board")
+    status = replace(status, payload=payload)
 
     def answer(_robot, _word):
-        state = next(answers)
-        link.say(replace(status, state=state, payload=payload, sent=link.now()))
+        state = answers.pop(0)
+        reason = status.reason if answers else then
+        link.say(replace(status, state=state, reason=reason, sent=link.now()))
 
     link.on_set_state = answer
     link.say(status)

@@ -55,6 +55,8 @@ class Service:
         self.state = RobotState[word.upper()]
         if self.left_on_board is None:
             self.reason = f"{word}, set by an operator"
+        elif word == "defect":
+            self._was_in_service = False  # so it stays out when the load is down
 
     def leave_on_board(self, task_id: str, payload: float) -> None:
         """Leave service because of a load [kg] that is on board and no longer wanted."""
@@ -112,4 +114,7 @@ class Service:
 
     def be_charged(self) -> None:
         """Come back into service; only a person can say that a load left on board is gone."""
-        self.set("idle" if self.left_on_board is None else "defect")
+        if self.left_on_board is None:
+            self.set("idle")
+        else:
+            self.state, self.is_on_its_own, self._trouble = RobotState.DEFECT, False, ""

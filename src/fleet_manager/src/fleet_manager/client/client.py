@@ -318,24 +318,26 @@ class HiveClient:
         A robot that carries a load obeys `charge` once it has put it down; that is not waited for.
 
         Raises:
-            NotDoneError: It has not obeyed.
+            NotDoneError: It cannot obey, or has not.
         """
 
         def row() -> RobotRow:
             return self.state.robots[robot]
 
         told = row()
+        if word.startswith(PUT_DOWN) and not told.has_load_left:
+            because = f" ({told.reason})" if told.reason else ""
+            raise NotDoneError(
+                f"{robot} has no load that was left on board{because}; a load that belongs to a "
+                "task stays on board until the task is cancelled"
+            )
 
         def obeyed() -> bool:
-            if row() is told:
-                return False
-            if word == "charge":
-                return row().state is RobotState.CHARGING or row().status.payload > 0
-            if word.startswith(PUT_DOWN):
-                return row().reason.startswith("brings") or not row().status.payload
-            is_out = row().status.state in {RobotState.DEFECT, RobotState.CHARGING}
-            return is_out is (word == "defect")
+            return row() is not told and _is_so(row(), word)
 
+        if _is_so(told, word):  # it gives no sign that it has heard: let the word arrive
+            self.link.set_state(robot, word)
+            self._pump(lambda: False, REPEAT_EVERY)
         self._repeat(lambda: self.link.set_state(robot, word), obeyed)
         if not obeyed():
             now = row()
@@ -417,6 +419,17 @@ class HiveClient:
         return NoHiveError(
             f"no blackboard answers within {ANSWER_WITHIN:g} s ({who}); {what}; {why}"
         )
+
+
+def _is_so(row: RobotRow, word: str) -> bool:
+    """Return whether a robot does what a word on `set_state` says."""
+    if word == "charge":
+        return row.state is RobotState.CHARGING or row.status.payload > 0
+    if word.startswith(PUT_DOWN):
+        return row.reason.startswith("brings") or not row.status.payload
+    if word == "defect":
+        return row.status.state is RobotState.DEFECT
+    return row.status.state not in {RobotState.DEFECT, RobotState.CHARGING}
 
 
 class Feeder:
