@@ -145,7 +145,7 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
     [
         (["add", "GAX", "--goal", "1,2"], "'GA', 'GAB', 'GPA', 'GPAB'"),
         (["add", "GAB", "--goal", "1,2"], "GAB needs --goal at least 2 times, not 1"),
-        (["add", "GA", "--goal", "1"], "allowed: x,y or x,y,heading"),
+        (["add", "GA", "--goal", "1"], "there is no place '1'; there are: none; allowed too: x,y"),
         (["add", "GA", "--goal", "1,nan"], "allowed: x,y or x,y,heading"),
         (["add", "GA", "--goal", "1,2", "--priority", "11"], "0<=x<=10"),
         (["add", "GA", "--goal", "1,2", "--payload", "-1"], "x>=0"),
@@ -316,7 +316,7 @@ def test_add_takes_places_of_the_hive_by_name_with_a_heading_of_their_own_or_ano
 
 @pytest.mark.parametrize(
     ("places", "known"),
-    [({"dock": Pose(1, 2), "bay": Pose(3, 4)}, "bay, dock"), ({}, "none; name goals by x,y")],
+    [({"dock": Pose(1, 2), "bay": Pose(3, 4)}, "bay, dock"), ({}, "none")],
 )
 def test_a_place_that_is_not_there_is_named_with_those_that_are(terminal, places, known):
     terminal.link.known_places = places
@@ -324,7 +324,8 @@ def test_a_place_that_is_not_there_is_named_with_those_that_are(terminal, places
     code, _, error = terminal("add", "GA", "--goal", "dok")
 
     assert code == 2
-    assert error == f"hive: there is no place 'dok'; there are: {known}\n"
+    also = "allowed too: x,y or x,y,heading [m,m,°]"
+    assert error == f"hive: there is no place 'dok'; there are: {known}; {also}\n"
     assert terminal.link.posted == []
 
 
@@ -335,8 +336,26 @@ def test_what_is_no_goal_is_refused_with_what_is_allowed(terminal, goal):
     code, _, error = terminal("add", "GA", "--goal", goal)
 
     assert code == 2
-    assert "x,y,heading [m,m,°]" in error or "there is no place" in error
+    assert "x,y,heading [m,m,°]" in error
+    assert error.count("\n") == 1
     assert terminal.link.posted == []
+
+
+@pytest.mark.parametrize("name", ["Dock, north", "12", "aisle,3"])
+def test_a_place_may_have_a_comma_in_its_name_or_be_called_by_a_number(terminal, name):
+    terminal.link.known_places = {name: Pose(1.0, 2.0, 0.5)}
+
+    terminal("add", "GA", "--goal", name)
+
+    assert terminal.link.posted[0].goals == (Pose(1.0, 2.0, 0.5),)
+
+
+def test_a_heading_may_follow_a_name_with_a_comma(terminal):
+    terminal.link.known_places = {"Dock, north": Pose(1.0, 2.0, 0.5)}
+
+    terminal("add", "GA", "--goal", "Dock, north,180")
+
+    assert terminal.link.posted[0].goals == (Pose(1.0, 2.0, math.pi),)
 
 
 LOADED = TaskRecord(

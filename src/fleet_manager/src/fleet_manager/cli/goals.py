@@ -24,11 +24,19 @@ _TURN = 360.0  # [°]
 
 @dataclass(frozen=True)
 class Goal:
-    """A goal as typed: coordinates, or a place that the hive knows, and perhaps a heading."""
+    """A goal as typed: coordinates, or a place that the hive knows, and perhaps a heading.
 
-    name: str  # of the place; empty for coordinates
-    at: tuple[float, ...]  # x and y [m, map frame]; empty for a place
-    heading: float | None  # [rad]; None where none is typed
+    Attributes:
+        text: All that was typed, which may be the name of a place with a comma in it.
+        name: Of the place; empty for coordinates.
+        at: x and y [m, map frame]; empty for a place.
+        heading: [rad]; None where none is typed.
+    """
+
+    text: str
+    name: str
+    at: tuple[float, ...]
+    heading: float | None
 
     def pose(self, places: Mapping[str, Pose]) -> Pose:
         """Return the pose in the map frame, with the places of the hive by name.
@@ -39,9 +47,14 @@ class Goal:
         if not self.name:
             x, y = self.at
             return Pose(x, y, self.heading or 0.0)
+        if self.text in places:
+            return places[self.text]
         if self.name not in places:
-            known = ", ".join(sorted(places, key=natural)) or "none; name goals by x,y"
-            raise InputError(f"there is no place '{self.name}'; there are: {known}")
+            known = ", ".join(sorted(places, key=natural)) or "none"
+            raise InputError(
+                f"there is no place '{self.text}'; there are: {known}; allowed too: x,y or "
+                "x,y,heading [m,m,°]"
+            )
         place = places[self.name]
         return place if self.heading is None else Pose(place.x, place.y, self.heading)
 
@@ -60,15 +73,15 @@ class GoalParam(click.ParamType):
         """Return the goal, or fail with what is allowed."""
         if isinstance(value, Goal):
             return value
-        parts = [part.strip() for part in str(value).split(",")]
-        first = _number(parts[0])
-        name = "" if first is not None else parts[0]
-        numbers = [_number(part) for part in parts[bool(name) :]]
-        most = 1 if name else 3
-        heading = numbers[most - 1] if len(numbers) == most else None
+        text = str(value).strip()
+        parts = [part.strip() for part in text.split(",")]
+        numbers = [_number(part) for part in parts]
+        is_place = numbers[0] is None or len(parts) == 1
+        has_heading = len(parts) > (1 if is_place else 2) and numbers[-1] is not None
+        heading = numbers[-1] if has_heading else None
         is_heading = heading is None or abs(heading) <= _TURN
-        count = len(numbers) in ({0, 1} if name else {2, 3})
-        if not parts[0] or not count or None in numbers or not is_heading:
+        is_allowed = bool(parts[0]) if is_place else len(parts) in {2, 3} and None not in numbers
+        if not is_allowed or not is_heading:
             self.fail(
                 f"{value!r} is not a goal; allowed: x,y or x,y,heading [m,m,°], as in 3,4,90, or "
                 "a place of the hive, as in 'test cell' or 'test cell,90'; a heading is from -360 "
@@ -76,8 +89,12 @@ class GoalParam(click.ParamType):
                 param,
                 ctx,
             )
-        at = () if name else tuple(each for each in numbers[:2] if each is not None)
-        return Goal(name, at, None if heading is None else math.radians(heading))
+        radians = None if heading is None else math.radians(heading)
+        if is_place:
+            return Goal(
+                text, text.rpartition(",")[0].strip() if has_heading else text, (), radians
+            )
+        return Goal(text, "", tuple(each for each in numbers[:2] if each is not None), radians)
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
