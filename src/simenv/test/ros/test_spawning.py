@@ -44,7 +44,7 @@ def test_a_robot_that_is_refused_holds_up_no_other(said):
     assert [name for name, _ in standing] == ["amy", "carol"]
     errors = [text for level, text in said if level == "logfatal"]
     assert len(errors) == 1
-    assert ("/refused_to_start/bob", errors[0]) in said
+    assert ("/refused_to_start/bob/reason", errors[0]) in said
     assert "bob cannot stand there: outside the world" in errors[0]
     assert "all others go on" in errors[0]
 

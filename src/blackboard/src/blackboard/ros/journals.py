@@ -22,13 +22,16 @@ def named_folder(caller: str) -> str:
         caller: The full name of a member or another node.
 
     Raises:
+        OSError: No ROS master answers, so nothing is known.
         SettingsError: The parameter is not a text.
     """
     master = rosgraph.Master(caller)
     try:
         folder = master.getParam(master.searchParam("journal"))
-    except (rosgraph.MasterException, OSError):
+    except rosgraph.MasterError:  # it has said that there is none
         return ""
+    except rosgraph.MasterFailure as error:
+        raise OSError(str(error)) from None
     if not isinstance(folder, str):
         raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
     return folder

@@ -17,6 +17,7 @@ from blackboard.consensus.no_quorum import NoQuorum
 from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
 from blackboard.domain.settings import BlackboardSettings, RaftSettings, TrafficSettings
+from blackboard.errors import SettingsError
 from blackboard.ros.diagnostics import Diagnostics
 from blackboard.ros.journals import default_folder, named_folder
 from blackboard.ros.no_clock import NoClock
@@ -88,11 +89,16 @@ def journal_folder(member: str = "") -> Path:
     """Return the folder of a member's journal; by default that of this node.
 
     Raises:
-        SettingsError: The parameter is not a text.
+        SettingsError: The parameter is not a text, or no ROS master answers.
 
     ROS Parameters: `journal` of the member, or of a namespace above it. Default: `default_folder`.
     """
-    folder = named_folder(member or rospy.get_name())
+    try:
+        folder = named_folder(member or rospy.get_name())
+    except OSError as error:
+        raise SettingsError(
+            f"the ROS master does not say where the journal is ({error}); start again when it runs"
+        ) from None
     return Path(folder) if folder else default_folder()
 
 

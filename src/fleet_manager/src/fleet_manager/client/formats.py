@@ -34,10 +34,12 @@ def duration(seconds: float | None) -> str:
 
 
 def ago(moment: float, now: float) -> str:
-    """Return how long ago a moment was; both are times of the hive [s].
+    """Return how long ago a moment was; both are times of the hive [s], `now` is 0 if unknown.
 
     A moment may be ahead: from before the clock was set back, as a new simulation does.
     """
+    if now <= 0:
+        return UNKNOWN
     return (
         f"{duration(now - moment)} ago" if moment <= now + 1 else "before the clock was set back"
     )

@@ -209,7 +209,7 @@ def task_data(row: TaskRow, now: float) -> dict[str, Any]:
         "step": record.step,
         "steps": record.steps,
         "posted": record.task.posted,
-        "eta": 0.0 if row.due is None else row.due - now,
+        "eta": 0.0 if row.due is None or now <= 0 else row.due - now,
         "reason": record.reason,
         "parent": record.parent,
     }

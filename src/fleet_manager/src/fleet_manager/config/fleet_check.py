@@ -12,6 +12,7 @@ import numpy as np
 
 from fleet_manager.config.fleet_file import base_of
 from hive_common.checked_yaml import error_at
+from hive_common.errors import FileError
 from hive_common.grid_map import OCCUPIED
 from simenv.world.obstacles import Obstacles
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
-    from hive_common.errors import FileError
     from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
     from simenv.world.world import World
@@ -31,7 +31,7 @@ def building_mistakes(
     """Yield what of a fleet lies where it cannot be: starts and chargers, and zones off the map.
 
     Args:
-        fleet: A fleet file whose models exist.
+        fleet: A fleet file. Robots whose model is missing are passed over: its reader names them.
         world: What is simulated; None for a real building.
         chart: The robots' map; None where there is none to check.
     """
@@ -54,7 +54,11 @@ def building_mistakes(
 
 def _why_no_start(robot: FleetRobot, obstacles: Obstacles | None, chart: GridMap | None) -> str:
     """Return why a robot cannot start where it is said to; empty if it can."""
-    base, reason = base_of(robot), ""
+    reason = ""
+    try:
+        base = base_of(robot)
+    except FileError:
+        return ""
     if obstacles is not None and (robot.simulated or not robot.is_agv):
         reason = obstacles.refusal(base, robot.pose)
     if reason or chart is None:

@@ -184,7 +184,7 @@ def read_fleet(name: str) -> Fleet:
 
 
 def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
-    """Return a fleet, and every mistake in its file; None where it cannot be used for anything.
+    """Return a fleet, and every mistake in its file; None where it is not even a fleet file.
 
     Raises:
         hive_common.errors.FileError: There is no such fleet, or its file cannot be read at all.
@@ -207,7 +207,7 @@ def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
     fleet = Fleet(path=path, **given)
     mistakes = [*_names(fleet), *_zones(fleet)]
     bases, bad_models = _bases(fleet)
-    return None if bad_models else fleet, [*mistakes, *bad_models, *_overlaps(fleet, bases)]
+    return fleet, [*mistakes, *bad_models, *_overlaps(fleet, bases)]
 
 
 def _names(fleet: Fleet) -> Iterator[FileError]:

@@ -140,13 +140,15 @@ class DemoRun:
         return DemoResult(report, self._history, remarks, self._log)
 
     def _hear(self, report: Report | None, events: Sequence[Event]) -> None:
-        """Record and show one report."""
-        if self._history is not None and report is not None:
-            now = self._link.hive_time()
+        """Record and show a report, and what was noticed; silence is noticed without one."""
+        if self._history is None:
+            return
+        now = self._link.hive_time()
+        self._log += [(now - self._begin, event.text) for event in events]
+        if report is not None:
             self._history.add(now, report)
-            self._log += [(now - self._begin, event.text) for event in events]
-            if isinstance(report, TaskUpdate):
-                self._progress.tell(events, now - self._begin)
+        if isinstance(report, TaskUpdate):
+            self._progress.tell(events, now - self._begin)
 
     def _all_ended(self) -> bool:
         return self._ended() == len(self._ids)

@@ -96,11 +96,10 @@ class Banner(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the present text; a warning stands out."""
-        words = banner_text(self._desk)
-        self._label.setText(words)
+        """Show the present text; what is wrong with the leader or the master stands out."""
+        self._label.setText(banner_text(self._desk))
         palette = QPalette(self._label.parentWidget().palette())
-        if "⚠" in words:
+        if "⚠" in _standing_text(self._desk):
             palette.setColor(QPalette.Window, color(Tone.BAD, palette))
             palette.setColor(QPalette.WindowText, palette.color(QPalette.Base))
         self._label.setPalette(palette)

@@ -94,7 +94,7 @@ class TaskView(QWidget):
         settings.setValue("view/lower", self.lower.saveState())
         settings.setValue("view/tasks", self.task_table.horizontalHeader().saveState())
         settings.setValue("view/robots", self.robot_table.horizontalHeader().saveState())
-        settings.setValue("view/show", self.show_box.currentIndex())
+        settings.setValue("view/states", self.show_box.currentText())
 
     def restore(self, settings: QSettings) -> None:
         """Restore the kept layout and choices, where there are any."""
@@ -106,7 +106,8 @@ class TaskView(QWidget):
         ):
             if (kept := settings.value(key)) is not None:
                 part.restoreState(kept)
-        self.show_box.setCurrentIndex(settings.value("view/show", 0, int))
+        chosen = self.show_box.findText(settings.value("view/states", "", str))
+        self.show_box.setCurrentIndex(max(0, chosen))
 
     def _share_space(self) -> None:
         """Give tasks more room than robots, and robots more than the log."""

@@ -56,13 +56,15 @@ def _import_genpy() -> None:
 def journals() -> Path:
     """Return the folder of the journals of the hive at ROS_MASTER_URI.
 
-    It is that of the parameter `journal`, or the default where there is none.
+    It is that of the parameter `journal`, or the default where there is none, or no ROS master.
     """
     # It knows of rosgraph and rospkg, and only commands that read journals need it.
     from blackboard.ros.journals import default_folder, named_folder  # noqa: PLC0415  (see above)
 
     space = os.environ.get("ROS_NAMESPACE", "").strip("/")
-    named = named_folder("/".join(["", *filter(None, [space, "hive"])]))
+    named = ""
+    with contextlib.suppress(OSError):
+        named = named_folder("/".join(["", *filter(None, [space, "hive"])]))
     return Path(named) if named else default_folder()
 
 

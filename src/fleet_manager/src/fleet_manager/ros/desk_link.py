@@ -7,6 +7,7 @@ never in the windows' event loop.
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import time
 from threading import Event, Thread
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from fleet_manager.desk.facts import Command, Fact
+    from hive_common.zone import Zone
 
 _LINKS = {MasterState.LOST: LinkState.LOST, MasterState.BACK: LinkState.UP}
 
@@ -68,7 +70,7 @@ class RosDeskLink:
         self._stopped = Event()
         self._watch = MasterWatch(name)
         self._topics = HiveTopics(self._inbox.put, self._meet)
-        self._places = PlacesKnown(())
+        self._building: dict[type, PlacesKnown | ZonesKnown] = {}
         self._map = MapTopics(self._inbox.put)
         self._shows_map = shows_map
 
@@ -106,12 +108,7 @@ class RosDeskLink:
     def _meet(self, robot: str) -> None:
         self._work.put(lambda: self._topics.advertise_to(robot))
         if self._shows_map:
-            self._work.put(lambda: self._draw(robot))
-
-    def _draw(self, robot: str) -> None:
-        """Follow where a robot is and drives. Its launch has set the zones by now."""
-        self._map.listen_to_drive(robot)
-        self._inbox.put(ZonesKnown(zones_of("")), ZonesKnown)
+            self._work.put(lambda: self._map.listen_to_drive(robot))
 
     def _run(self) -> None:
         """Connect, then run the queued work until stopped."""
@@ -132,17 +129,22 @@ class RosDeskLink:
                 self._report_master(_LINKS[change])
             if not self._watch.is_lost:
                 self._inbox.put(TroublesRead(troubles.read()), TroublesRead)
-                self._read_places()
+                self._read_building()
             self._topics.read_list()
             self._work_until(time.monotonic() + _TURN)
 
-    def _read_places(self) -> None:
-        """Tell the places of the building; the fleet's launch may set them after this window."""
+    def _read_building(self) -> None:
+        """Tell its places and zones; the fleet's launch may set them after this window."""
         if places := hive_places():
-            known = PlacesKnown(tuple(Place(name, pose) for name, pose in places.items()))
-            if known != self._places:
-                self._places = known
-                self._inbox.put(known)
+            self._tell(PlacesKnown(tuple(Place(name, pose) for name, pose in places.items())))
+        if self._shows_map and (zones := _zones()):
+            self._tell(ZonesKnown(zones))
+
+    def _tell(self, known: PlacesKnown | ZonesKnown) -> None:
+        kind: type = type(known)
+        if self._building.get(kind) != known:
+            self._building[kind] = known
+            self._inbox.put(known, kind)
 
     def _work_until(self, end: float) -> None:
         """Run queued work until a monotonic time [s]."""
@@ -154,3 +156,10 @@ class RosDeskLink:
 
     def _report_master(self, state: LinkState) -> None:
         self._inbox.put(LinkChange(state, self._watch.address))
+
+
+def _zones() -> tuple[Zone, ...]:
+    """Return the hive's zones; none while the ROS master knows of none, or does not answer."""
+    with contextlib.suppress(rospy.ROSException, OSError):
+        return zones_of("")
+    return ()

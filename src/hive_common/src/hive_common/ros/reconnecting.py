@@ -160,7 +160,7 @@ def _misses(subscription: Any, uri: str) -> bool:  # noqa: ANN401  (rospy's)
     if lock is None:
         return False
     with lock:
-        return not (subscription.closed or subscription.has_connection(uri))
+        return not subscription.has_connection(uri)
 
 
 def _publishes(uri: str, topic: str) -> bool | None:

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 PARAMETER = "/refused_to_start"
-"""The reasons, by the full names of the nodes."""
+"""For each node, by its full name, a `reason`. A robot's name may be the begin of a node's."""
+
+_REASON = "reason"
 
 
 def refuse_to_start(reason: str, node: str = "") -> None:
@@ -28,12 +30,12 @@ def refuse_to_start(reason: str, node: str = "") -> None:
     """
     rospy.logfatal(reason)
     with contextlib.suppress(rospy.ROSException, OSError):
-        rospy.set_param(PARAMETER + (node or rospy.get_name()), reason)
+        rospy.set_param(_parameter(node), reason)
 
 
 def forget_refusal(node: str = "") -> None:
     """Take back what an earlier start of a node has left; see `refuse_to_start`."""
-    name = PARAMETER + (node or rospy.get_name())
+    name = _parameter(node)
     with contextlib.suppress(rospy.ROSException, OSError, KeyError):
         if rospy.has_param(name):
             rospy.delete_param(name)
@@ -46,11 +48,17 @@ def refusals() -> dict[str, str]:
     return {}
 
 
+def _parameter(node: str) -> str:
+    return f"{PARAMETER}{node or rospy.get_name()}/{_REASON}"
+
+
 def _flat(found: object, name: str = "") -> Iterator[tuple[str, str]]:
-    """Return the texts of a tree of parameters with their names; others are no refusals."""
-    if isinstance(found, str) and name:
-        yield name.lstrip("/"), found
-    elif isinstance(found, dict):
-        tree: Mapping[str, object] = found
-        for key, below in sorted(tree.items()):
+    """Return the reasons in a tree of parameters with the nodes' names; all else is none."""
+    if not isinstance(found, dict):
+        return
+    tree: Mapping[str, object] = found
+    for key, below in sorted(tree.items()):
+        if key == _REASON and isinstance(below, str) and name:
+            yield name.lstrip("/"), below
+        else:
             yield from _flat(below, f"{name}/{key}")

@@ -17,7 +17,7 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rospkg
 import rospy
@@ -109,31 +109,42 @@ def with_robots(config: str, robots: Mapping[str, str]) -> str:
 
     Args:
         config: A configuration, as RViz writes it.
-        robots: The topic of each robot's path in its namespace, by the robot's name; where there
-            is none, the configuration stays as it is.
+        robots: The topic of each robot's path, in its namespace unless it begins with a slash, by
+            the robot's name; where there is none, the configuration stays as it is.
+
+    Raises:
+        MapError: The configuration has no list of displays.
     """
     content = yaml.safe_load(config)
-    displays = content["Visualization Manager"]["Displays"] if robots else []
-    at = next((n for n, each in enumerate(displays) if each["Class"] == "rviz/Group"), None)
-    if at is None:
-        return config
-    pattern = displays[at]
-    groups = []
-    for name, path in robots.items():
-        group = copy.deepcopy(pattern)
-        group["Name"], group["Enabled"] = name, len(robots) <= MOST_SHOWN
-        shade = "; ".join(str(round(255 * part)) for part in robot_color(name)[:3])
-        for display in group["Displays"]:
-            for key, value in display.items():
-                if isinstance(value, str) and value.startswith(f"{pattern['Name']}/"):
-                    display[key] = name + value.removeprefix(pattern["Name"])
-            if "Color" in display:
-                display["Color"] = shade
-            if display["Class"] == "rviz/Path":
-                display["Topic"] = f"{name}/{path}"
-        groups.append(group)
-    displays[at : at + 1] = groups
+    try:
+        displays = content["Visualization Manager"]["Displays"]
+        at = next((n for n, each in enumerate(displays) if each["Class"] == "rviz/Group"), None)
+        if at is None or not robots:
+            return config
+        is_enabled = len(robots) <= MOST_SHOWN
+        displays[at : at + 1] = [
+            {**_group(displays[at], name, path), "Enabled": is_enabled}
+            for name, path in robots.items()
+        ]
+    except (KeyError, TypeError, AttributeError):
+        raise MapError("the RViz configuration has no list of displays; take hive.rviz") from None
     return str(yaml.safe_dump(content, sort_keys=False))
+
+
+def _group(pattern: dict[str, Any], robot: str, path: str) -> dict[str, Any]:
+    """Return the displays of a robot, made from those of another; `path` is its path's topic."""
+    group = copy.deepcopy(pattern)
+    group["Name"] = robot
+    shade = "; ".join(str(round(255 * part)) for part in robot_color(robot)[:3])
+    for display in group["Displays"]:
+        for key, value in display.items():
+            if isinstance(value, str) and value.startswith(f"{pattern['Name']}/"):
+                display[key] = robot + value.removeprefix(pattern["Name"])
+        if "Color" in display:
+            display["Color"] = shade
+        if display["Class"] == "rviz/Path":
+            display["Topic"] = path if path.startswith("/") else f"{robot}/{path}"
+    return group
 
 
 def fitted(config: str, origin: Pose, size: tuple[float, float]) -> str:
