@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import contextlib
+import io
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -32,6 +34,13 @@ class Terminal:
         code = run(CliContext(lambda _record: contextlib.nullcontext(self.link)), list(words))
         out, err = self._capsys.readouterr()
         return code, out, err
+
+
+class Keyboard(io.StringIO):
+    """What a person types at a terminal."""
+
+    def isatty(self):
+        return True
 
 
 @pytest.fixture
@@ -277,6 +286,43 @@ def test_the_time_until_a_task_is_done_counts_from_its_prediction(terminal):
     assert shown == ["36 s", "late by 34 s", "–"]
 
 
+def test_events_tells_what_the_first_list_holds_as_earlier_and_all_else_with_a_time(terminal):
+    task = Task("T1", TaskType.GA, (Pose(1, 2),))
+    listed = TaskRecord(task, TaskState.ASSIGNED, "robot1")
+    later = replace(listed, task=replace(task, id="T2"))
+    terminal.link.reconnect()
+    terminal.link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0))
+    terminal.link.say(TaskList(1, 1, (listed,)), after=0.1)
+    terminal.link.say(TaskUpdate("T1", TaskState.STARTED, "robot1", epoch=1), after=0.2)
+    terminal.link.say(TaskList(1, 2, (listed, later)), after=0.3)
+    terminal.link.receive = until_ctrl_c(terminal.link)
+
+    code, out, _ = terminal("events")
+
+    assert code == 130
+    assert re.sub(r"\d\d:\d\d:\d\d", "at once ", out).splitlines() == [
+        "at once   robot1 is ready, battery 100%",
+        "earlier   task T1 is on the list: GA (1.0, 2.0), 0 kg, priority 0",
+        "earlier   task T1 is on the list of robot1",
+        "at once   task T1 is under way by robot1, 0 of 1 steps done",
+        "at once   task T2 is on the list: GA (1.0, 2.0), 0 kg, priority 0",
+        "at once   task T2 is on the list of robot1",
+    ]
+
+
+def until_ctrl_c(link):
+    """Return what receives all that a link has to tell, and is then interrupted."""
+    receive = link.receive
+
+    def interrupted(timeout):
+        message = receive(timeout)
+        if message is None:
+            raise KeyboardInterrupt
+        return message
+
+    return interrupted
+
+
 def test_cancel_takes_a_task_off(terminal):
     terminal("add", "GA", "--goal", "1,2", "--id", "T1")
     terminal.hive.start()
@@ -373,6 +419,87 @@ def test_cancelling_a_task_whose_load_is_on_board_says_first_what_becomes_of_it(
     assert code == 0
     assert error.startswith("robot3 carries the load of T1 (2 kg): it stops where it is")
     assert error.endswith("(hive robot robot3 in)\ntask T1 is cancelled\n")
+
+
+def test_cancelling_a_task_that_was_split_says_what_becomes_of_the_load_of_each_part(terminal):
+    whole = replace(LOADED, robot="", step=0, parts=3)
+    first, second, third = (
+        replace(LOADED, task=replace(LOADED.task, id=f"T1.{number}"), robot=f"robot{number}")
+        for number in (1, 2, 3)
+    )
+    done = replace(second, state=TaskState.DONE)
+    terminal.hive.records = {each.task.id: each for each in (whole, first, done, third)}
+    terminal.hive.start()
+
+    code, _, error = terminal("cancel", "T1")
+
+    *loads, cancelled = error.splitlines()
+    assert code == 0
+    assert [each.partition(":")[0] for each in loads] == [
+        "robot1 carries the load of T1.1 (2 kg)",
+        "robot3 carries the load of T1.3 (2 kg)",
+    ]
+    assert cancelled == "task T1 is cancelled"
+
+
+CANCEL = ("cancel", "T1")
+TAKE_OUT = ("robot", "robot3", "out")
+
+
+def load_on_board(terminal):
+    """Have robot3 carry the load of T1, and obey."""
+    terminal.hive.records["T1"] = LOADED
+    terminal.hive.start()
+    robot = RobotStatus("robot3", RobotState.BUSY, Pose(1, 2), 1.0)
+    terminal.link.say(robot)
+    terminal.link.on_set_state = lambda _robot, _word: terminal.link.say(
+        replace(robot, state=RobotState.DEFECT)
+    )
+
+
+@pytest.mark.parametrize("words", [CANCEL, TAKE_OUT])
+@pytest.mark.parametrize("answer", ["n\n", "\n", ""], ids=["no", "nothing", "end of input"])
+def test_a_person_who_does_not_say_yes_to_the_consequences_changes_nothing(
+    terminal, monkeypatch, words, answer
+):
+    load_on_board(terminal)
+    monkeypatch.setattr("sys.stdin", Keyboard(answer))
+
+    code, _, error = terminal(*words)
+
+    assert code == 130
+    assert error.startswith("robot3 carries the load of T1 (2 kg)")
+    assert "Go on? [y/N]" in error
+    assert terminal.link.cancelled == terminal.link.told == []
+
+
+@pytest.mark.parametrize("words", [CANCEL, TAKE_OUT])
+@pytest.mark.parametrize("given", [(), ("--yes",)], ids=["asked", "--yes"])
+def test_a_person_who_says_yes_is_obeyed_and_with_the_option_not_asked(
+    terminal, monkeypatch, words, given
+):
+    load_on_board(terminal)
+    keyboard = Keyboard("y\n")
+    monkeypatch.setattr("sys.stdin", keyboard)
+
+    code, _, error = terminal(*words, *given)
+
+    assert code == 0
+    assert error.startswith("robot3 carries the load of T1 (2 kg)")
+    assert ("Go on?" in error) is not bool(given)
+    assert keyboard.read() == ("y\n" if given else "")
+    assert len(terminal.link.cancelled) + len(terminal.link.told) == 1
+
+
+def test_nobody_is_asked_where_a_request_has_no_consequences(terminal, monkeypatch):
+    load_on_board(terminal)
+    terminal.hive.records["T1"] = replace(LOADED, state=TaskState.WAITING, robot="", step=0)
+    terminal.hive.start()
+    monkeypatch.setattr("sys.stdin", Keyboard("n\n"))
+
+    code, _, error = terminal(*CANCEL)
+
+    assert (code, error) == (0, "task T1 is cancelled\n")
 
 
 def test_taking_a_robot_out_says_first_what_becomes_of_its_tasks_and_its_load(terminal):

@@ -131,10 +131,18 @@ def test_a_task_without_an_id_gets_the_next_number(link):
     assert id_of(answer) == "T9"
 
 
+def numbered_by_another_program():
+    """Return the task of the same content that another program posts as T1."""
+    link = FakeLink()
+    FakeHive(link).start()
+    HiveClient(link).submit_numbered(replace(TASK, id=""))
+    return link.posted[0]
+
+
 def test_two_programs_that_choose_one_number_at_once_get_a_task_each(link):
     hive = FakeHive(link)
     hive.start()
-    others = replace(TASK, id="T1", poster="another program")
+    others = numbered_by_another_program()
     take_in = link.on_post
 
     def overtaken(task):

@@ -135,6 +135,33 @@ def test_an_update_changes_a_task_before_the_next_list_does(desk):
     assert row.due == desk.time + 30.0
 
 
+def test_a_prediction_that_is_repeated_does_not_move_and_a_new_one_does(desk):
+    desk.hear_list(WAITING)
+    update = TaskUpdate("T1", TaskState.STARTED, "robot2", steps=2, eta=60.0, epoch=1)
+    told_at = desk.time
+    desk.hear(update)
+    due = [desk.hive.tasks["T1"].due]
+
+    for later in (update, replace(update, step=1), replace(update, step=1, eta=50.0)):
+        desk.wait(20.0)
+        desk.hear(later)
+        due.append(desk.hive.tasks["T1"].due)
+
+    assert due == [told_at + 60.0] * 3 + [told_at + 60.0 + 50.0]
+
+
+def test_a_prediction_of_as_long_for_another_assignment_is_a_new_one(desk):
+    desk.hear_list(WAITING)
+    update = TaskUpdate(
+        "T1", TaskState.ASSIGNED, "robot2", steps=2, eta=60.0, epoch=1, assignment=1
+    )
+    desk.hear(update)
+    desk.wait(20.0)
+    desk.hear(replace(update, robot_id="robot1", assignment=2))
+
+    assert desk.hive.tasks["T1"].due == desk.time + 60.0
+
+
 def test_a_list_written_before_an_update_does_not_take_it_back(desk):
     desk.hear_list(WAITING)
     desk.hear(TaskUpdate("T1", TaskState.DONE, "robot1", step=2, steps=2, epoch=1), stamp=105.0)

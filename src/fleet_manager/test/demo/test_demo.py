@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from PIL import Image
 
 from blackboard.consensus.messages import Heartbeat
@@ -22,7 +23,7 @@ from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.history import History, Span
 from fleet_manager.demo.local_hive import wait_for_everyone
 from fleet_manager.demo.page import write_page
-from fleet_manager.demo.picture import congestion, draw_run, figures
+from fleet_manager.demo.picture import congestion, draw_run, figure_of_run, figures
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
@@ -252,7 +253,7 @@ def made_report(plan, hits=0):
         history.add(number + 9, TaskUpdate(planned.task.id, TaskState.DONE, ROBOTS[number]))
     for step in range(60):
         history.add(step / 5, TruePlace("robot1", 2.6 + step / 10, 2.0))
-        history.add(step / 5, status("robot1"))
+        history.add(step / 5, replace(status("robot1"), charge=0.9 - step / 1000))
     history.add(9.0, Collisions(hits))
     history.close(20.0)
     clocks = Clocks("2026-01-02T03:04:05+00:00", 1.0, 20.0, 21.0)
@@ -279,6 +280,69 @@ def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path)
 
     with Image.open(tmp_path / "picture.png") as picture:
         assert min(picture.size) > 900
+
+
+def drawn(report, history, places=None):
+    """Return the axes of a run's picture: the map, the timeline, the batteries."""
+    chart = GridMap.of_blocked(np.zeros((240, 400), dtype=bool), 0.05)
+    return figure_of_run(report, history, chart, places or {}).axes
+
+
+def words_in(axes):
+    """Return what is written at points of axes, by text."""
+    return {text.get_text(): text for text in axes.texts}
+
+
+def legend_of(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_the_picture_names_the_places_that_are_on_the_map_where_they_are(plan):
+    places = {"dock": Pose(3.0, 4.0), "shelf": Pose(7.5, 1.0), "far": Pose(99.0, 4.0)}
+
+    on_map = drawn(*made_report(plan), places)[0]
+
+    at = {name: text.xy for name, text in words_in(on_map).items() if name in places}
+    assert at == {"dock": (3.0, 4.0), "shelf": (7.5, 1.0)}
+
+
+def test_the_urgent_task_alone_stands_out_on_the_map_and_in_the_timeline(plan):
+    report, history = made_report(plan)
+    report["tasks"][1]["priority"] = 10
+
+    on_map, timeline, _ = drawn(report, history)
+
+    goals = words_in(on_map)
+    bold = {label for label, text in goals.items() if text.get_fontweight() == "bold"}
+    assert bold == {"S2.A", "S2.B"}
+    assert len(goals) > len(bold)
+    (red,) = {goals[label].get_color() for label in bold}
+    assert red not in {text.get_color() for label, text in goals.items() if label not in bold}
+    crosses = [tuple(line.get_xydata()[0]) for line in on_map.lines if line.get_color() == red]
+    assert crosses == [(5.0, 4.2), (7.0, 4.2)]
+    edges = [to_hex(bar.get_edgecolor()) == red.lower() for bar in timeline.patches]
+    assert edges == [False, True, False, False]
+    assert "S2 p10" in words_in(timeline)
+    assert "urgent (p10)" in legend_of(timeline)
+
+
+def test_nothing_stands_out_in_the_picture_of_a_run_without_an_urgent_task(plan):
+    on_map, timeline, _ = drawn(*made_report(plan))
+
+    assert {text.get_fontweight() for text in on_map.texts} == {"normal"}
+    assert {to_hex(bar.get_edgecolor()) for bar in timeline.patches} == {"#ffffff"}
+    assert legend_of(timeline) == ["with arm (GPA, GPAB)"]
+
+
+def test_batteries_are_drawn_from_empty_to_full_with_the_share_that_was_used(plan):
+    batteries = drawn(*made_report(plan))[2]
+
+    low, high = batteries.get_ylim()
+    (line,) = batteries.lines
+    assert low == 0
+    assert 100 < high < 110
+    assert line.get_ydata() == pytest.approx(np.linspace(90.0, 84.1, 60))
+    assert legend_of(batteries) == ["robot1: 5.9 % used"]
 
 
 def test_the_report_sums_up_throughput_waiting_and_utilization(plan):

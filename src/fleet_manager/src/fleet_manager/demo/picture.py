@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from fleet_manager.demo.history import History
     from hive_common.geometry import Array
@@ -46,10 +47,19 @@ def draw_run(
     chart: GridMap,
     places: Mapping[str, Pose] = MappingProxyType({}),
 ) -> None:
-    """Draw a run, and write it as PNG.
+    """Draw a run, and write it as PNG to a path; the rest as in `figure_of_run`."""
+    figure_of_run(report, history, chart, places).savefig(path, dpi=_DOTS_PER_INCH)
+
+
+def figure_of_run(
+    report: dict[str, Any],
+    history: History,
+    chart: GridMap,
+    places: Mapping[str, Pose] = MappingProxyType({}),
+) -> Figure:
+    """Return the figure of a run: the map, the timeline and the batteries.
 
     Args:
-        path: Where it is written.
         report: See `make_report`.
         history: The record of the run.
         chart: The map on which the robots drove.
@@ -73,7 +83,7 @@ def draw_run(
     _draw_map(on_map, report, history, chart, colours)
     _draw_timeline(figure.add_subplot(grid[1, 0]), report, history, colours)
     _draw_batteries(figure.add_subplot(grid[1, 1]), history, colours)
-    figure.savefig(path, dpi=_DOTS_PER_INCH)
+    return figure
 
 
 def title(report: dict[str, Any]) -> str:
@@ -230,7 +240,7 @@ def _draw_timeline(
     colours: dict[str, str],
 ) -> None:
     """Draw which robot worked on which task, one row a robot, the first on top."""
-    from matplotlib.patches import Patch  # noqa: PLC0415  (see draw_run)
+    from matplotlib.patches import Patch  # noqa: PLC0415  (see figure_of_run)
 
     names = list(colours)
     tasks = {task["id"]: task for task in report["tasks"]}
