@@ -4,6 +4,7 @@
 from dataclasses import replace
 
 import pytest
+from python_qt_binding.QtGui import QPalette
 
 from blackboard.auction.decision import Decision
 from blackboard.consensus.task_list import TaskList
@@ -58,6 +59,8 @@ def test_the_first_line_says_what_keeps_a_node_from_starting(person, link, windo
     label = window.view.authority_label
     person.wait_until(lambda: "robot3/robot did not start: charge is 5" in label.text())
     assert "● Leader: blackboard" in label.text()
+    plain = window.palette().color(QPalette.Window)
+    assert label.palette().color(QPalette.Window) == plain  # red is for a hive without a leader
 
     link.said.append(TroublesRead(()))
     person.wait_until(lambda: "robot3" not in label.text())

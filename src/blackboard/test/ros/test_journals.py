@@ -11,6 +11,7 @@ import rosgraph
 
 from blackboard.errors import SettingsError
 from blackboard.ros.journals import default_folder, named_folder
+from blackboard.ros.membership import journal_folder
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", socket.gethostname()])
@@ -55,6 +56,33 @@ def test_the_parameter_nearest_to_a_member_names_its_folder(monkeypatch, known, 
     monkeypatch.setattr(rosgraph, "Master", Master)
 
     assert named_folder("/hall/robot1/robot") == folder
+
+
+def test_a_master_that_does_not_answer_names_no_folder_and_is_no_master_without_the_parameter(
+    monkeypatch,
+):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+
+    with pytest.raises(OSError, match="refused"):
+        named_folder("/robot1/robot")
+
+
+def test_a_member_does_not_start_on_another_journal_because_no_master_answers(monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+
+    with pytest.raises(SettingsError, match="does not say where the journal is"):
+        journal_folder("/robot1/robot")
+
+
+@pytest.mark.parametrize("failure", [rosgraph.MasterFailure("odd answer"), OSError("gone")])
+def test_a_master_that_fails_is_told_apart_from_one_without_the_parameter(monkeypatch, failure):
+    def fail(*_):
+        raise failure
+
+    monkeypatch.setattr(rosgraph.Master, "searchParam", fail)
+
+    with pytest.raises(OSError, match=str(failure)):
+        named_folder("/robot1/robot")
 
 
 def test_a_folder_that_is_no_text_is_refused(monkeypatch):

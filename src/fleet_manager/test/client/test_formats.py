@@ -25,6 +25,19 @@ def test_a_time_span_is_shown_in_the_units_that_matter(seconds, shown):
     assert formats.duration(seconds) == shown
 
 
+@pytest.mark.parametrize(
+    ("moment", "now", "shown"),
+    [
+        (990.0, 1000.0, "10 s ago"),
+        (1000.5, 1000.0, "0 s ago"),
+        (1010.0, 1000.0, "before the clock was set back"),
+        (1010.0, 0.0, "–"),
+    ],
+)
+def test_how_long_ago_something_was_is_not_claimed_while_the_clock_is_unknown(moment, now, shown):
+    assert formats.ago(moment, now) == shown
+
+
 def test_every_number_has_its_unit():
     assert formats.mass(12.5) == "12.5 kg"
     assert formats.mass(math.nan) == "–"

@@ -182,6 +182,13 @@ def test_task_data_is_plain_and_complete():
     assert (data["state"], data["steps"]) == ("WAITING", 2)
 
 
+@pytest.mark.parametrize(("now", "eta"), [(1000.0, 35.0), (1050.0, -15.0), (0.0, 0.0)])
+def test_the_time_left_in_task_data_counts_down_and_is_0_where_the_clock_is_unknown(now, eta):
+    record = TaskRecord(TASK, TaskState.STARTED, "robot1", eta=30.0, predicted_at=1005.0)
+
+    assert task_data(TaskRow(record), now)["eta"] == eta
+
+
 def test_lines_that_are_too_wide_are_cut_with_an_ellipsis():
     assert fit(["short", "much longer"], 6) == ["short", "much …"]
 

@@ -84,6 +84,21 @@ def test_every_mistake_is_named_not_only_the_first(found):
     assert all("\n" not in line for line in said)
 
 
+def test_a_model_that_is_missing_hides_no_other_mistake(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "robots:\n"
+        "  - {name: amy, model: nothing, pose: [4.0, 4.0, 0]}\n"
+        "  - {name: bob, model: ld60, pose: [100, 100, 0]}\n"
+    )
+
+    fleet, mistakes = read_fleet_and_mistakes(str(path))
+    mistakes += building_mistakes(fleet, load_world("lab"), load_map("lab"))
+
+    keys = [str(each).split(": ")[1] for each in mistakes]
+    assert keys == ["robots[0].model", "robots[1].pose"]
+
+
 @pytest.mark.parametrize("world", ["lab", None])
 def test_an_agv_that_is_not_simulated_is_looked_for_on_the_map_only(tmp_path, world):
     path = tmp_path / "mine.yaml"

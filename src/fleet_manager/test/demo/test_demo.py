@@ -155,6 +155,15 @@ def test_a_run_ends_at_its_time_limit_and_says_so(link, plan):
     assert not_done(result.report)[0] == "S1 WAITING"
 
 
+def test_what_nobody_reports_is_in_the_log_of_a_run_too(link, plan):
+    FakeHive(link)
+    link.say(Heartbeat(1, "/blackboard"), after=1.0)
+
+    result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
+
+    assert result.log[-1] == (3.75, "no leader: blackboard is silent")
+
+
 def test_a_run_without_a_blackboard_reports_what_was_never_taken_in(link, plan):
     result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
 

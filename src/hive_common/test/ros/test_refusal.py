@@ -14,34 +14,38 @@ class Server:
     """The parameters of a ROS master, or one that does not answer."""
 
     def __init__(self):
-        self.known = {}
+        self._tree = {}
         self.is_up = True
 
-    def _ask(self):
-        if not self.is_up:
-            raise ConnectionRefusedError
-
     def set(self, name, value):
-        self._ask()
-        self.known[name] = value
+        """Set a value; as in a ROS master, a value on the way to it makes room for a branch."""
+        *above, last = self._keys(name)
+        branch = self._tree
+        for key in above:
+            if not isinstance(branch.get(key), dict):
+                branch[key] = {}
+            branch = branch[key]
+        branch[last] = value
 
     def has(self, name):
-        self._ask()
-        return name in self.known
+        return self.get(name, self) is not self
 
     def delete(self, name):
-        del self.known[name]
+        above, _, last = name.rpartition("/")
+        del self.get(above, None)[last]
 
     def get(self, name, default):
-        self._ask()
-        tree = {}
-        for full, value in self.known.items():
-            *above, last = full.removeprefix(f"{name}/").split("/")
-            node = tree
-            for each in above:
-                node = node.setdefault(each, {})
-            node[last] = value
-        return tree or default
+        found = self._tree
+        for key in self._keys(name):
+            if not isinstance(found, dict) or key not in found:
+                return default
+            found = found[key]
+        return found
+
+    def _keys(self, name):
+        if not self.is_up:
+            raise ConnectionRefusedError
+        return name.strip("/").split("/")
 
 
 @pytest.fixture
@@ -67,8 +71,24 @@ def test_what_a_node_refuses_is_found_by_its_name_until_it_starts_again():
     assert refusals() == {"robot2": "no such model"}
 
 
-def test_other_values_below_the_parameter_are_no_refusals(server):
-    server.set(f"{PARAMETER}/robot1", 7)
+@pytest.mark.usefixtures("server")
+def test_a_robot_and_its_nodes_refuse_and_start_without_regard_to_each_other():
+    refuse_to_start("outside the world", node="/robot1")
+    refuse_to_start("charge is 5; allowed: 0 to 1")
+    refuse_to_start("no map", node="/robot1/amcl")
+    assert refusals() == {
+        "robot1": "outside the world",
+        "robot1/amcl": "no map",
+        "robot1/robot": "charge is 5; allowed: 0 to 1",
+    }
+
+    forget_refusal("/robot1")
+    assert set(refusals()) == {"robot1/amcl", "robot1/robot"}
+
+
+@pytest.mark.parametrize("value", [7, "text", {"reason": 7}, [1]])
+def test_other_values_below_the_parameter_are_no_refusals(server, value):
+    server.set(f"{PARAMETER}/robot1", value)
 
     assert refusals() == {}
 

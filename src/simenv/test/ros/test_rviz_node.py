@@ -73,6 +73,27 @@ def test_every_robot_of_the_hive_has_its_body_its_laser_and_its_path_in_its_colo
     assert "robot1" not in config
 
 
+def test_a_path_s_topic_may_lie_outside_the_robot_s_namespace():
+    (group,) = groups(with_robots(HIVE, {"amy": "/planner/plan"}))
+
+    assert group["Displays"][2]["Topic"] == "/planner/plan"
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        "",
+        "a: 1",
+        "Visualization Manager: {Displays: [{Name: Grid}]}",
+        "Visualization Manager: {Displays: [7]}",
+        "Visualization Manager: {Displays: [{Class: rviz/Group}]}",
+    ],
+)
+def test_a_configuration_without_displays_is_refused(config):
+    with pytest.raises(MapError, match=r"no list of displays; take hive\.rviz"):
+        with_robots(config, {"amy": "plan"})
+
+
 def test_of_a_large_fleet_the_groups_are_switched_off():
     few = with_robots(HIVE, {f"robot{n}": "plan" for n in range(MOST_SHOWN)})
     many = with_robots(HIVE, {f"robot{n}": "plan" for n in range(MOST_SHOWN + 1)})
