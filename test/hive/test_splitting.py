@@ -8,20 +8,22 @@ import pytest
 from blackboard.board.unsplitting import MOST_ATTEMPTS
 from blackboard.domain.record import OrderKind
 from blackboard.domain.settings import DECISIONS, BlackboardSettings
-from blackboard.domain.talker import TASK_ASSIGN
+from blackboard.domain.talker import TASK_ASSIGN, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
+from hive_lab.virtual.network import Network
 from hive_lab.virtual.task_checker import TaskChecker
 
 HEAVY = Task("T7", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), priority=4, payload=36.0)
+REASSIGN = BlackboardSettings().reassign
 WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
-def team(*payloads, settings=None):
+def team(*payloads, settings=None, network=None):
     """Return a hive with a robot for each payload [kg]."""
-    hive = Hive(settings)
+    hive = Hive(settings, network)
     TaskChecker(hive)
     for number, payload in enumerate(payloads, start=1):
         kind = replace(SMALL_ROBOT, payload=payload)
@@ -189,9 +191,9 @@ def test_a_part_takes_no_id_from_another_task():
     assert "the id T7.2 of a part is taken" in hive.record("T7").reason
 
 
-def queued(*payloads, task=HEAVY, settings=None):
+def queued(*payloads, task=HEAVY, network=None):
     """Return a hive in which T7 is split, and its parts wait behind T0 on robots' lists."""
-    hive = team(*payloads, settings=settings)
+    hive = team(*payloads, network=network)
     for number in range(len(payloads)):
         way = 40.0 * (-1) ** number
         hive.post(Task(f"T0-{number}", TaskType.GA, (Pose(way, float(number)),)))
@@ -218,7 +220,8 @@ def recalls(hive):
 
 
 def add_strong(hive, **fields):
-    hive.add_robot("strong", Pose(4.0, 0.0), replace(SMALL_ROBOT, payload=90.0), **fields)
+    kind = replace(SMALL_ROBOT, payload=90.0, arm_payload=90.0)
+    hive.add_robot("strong", Pose(4.0, 0.0), kind, **fields)
 
 
 @pytest.mark.parametrize("payloads", [(20.0,), (20.0, 20.0)])
@@ -288,15 +291,89 @@ def test_a_split_is_not_undone_once_a_part_has_begun():
     assert hive.record("T7").state is DONE
 
 
-def test_if_no_robot_takes_the_whole_after_all_its_parts_go_on():
+def test_a_split_is_not_undone_once_a_part_was_begun_and_handed_back():
+    hive = team(20.0)
+    hive.post(HEAVY)
+    hive.network.run(3.0)
+    begun = hive.record("T7.1").state
+    hive.set_state("robot1", "defect")
+    hive.network.run(1.0)
+    back = hive.record("T7.1")
+    add_strong(hive)
+    hive.network.run(60.0)
+
+    assert (begun, back.state, back.step) == (STARTED, WAITING, 0)
+    assert [state for state, _ in parts(hive)] == [DONE, DONE]
+
+
+def unheard_start():
+    """Return a hive in which robot1 has begun T7.1, and nobody has heard that."""
+
+    def lose(topic, message):
+        return topic == TASK_STATE and message.task_id == "T7.1" and message.state is STARTED
+
+    hive = team(20.0, network=Network(lose=lose))
+    hive.post(replace(HEAVY, type=TaskType.GPAB, payload=10.0))
+    hive.network.run(3.0)
+    return hive
+
+
+def test_a_part_that_was_put_off_counts_as_begun_even_if_nobody_has_heard_of_its_start():
+    hive = unheard_start()
+    hive.post(Task("U", TaskType.GA, (Pose(2.0, 3.0),), priority=10))
+    hive.network.run(2.0)
+    add_strong(hive)
+    hive.network.run(2 * REASSIGN)
+
+    assert any(said.put_off_for == "U" for said in hive.updates("T7.1"))
+    assert recalls(hive) == 0
+    assert hive.record("T7").parts == 2
+
+
+def test_a_part_of_which_a_step_was_done_counts_as_begun_even_if_nobody_has_heard_of_its_start():
+    hive = unheard_start()
+    hive.network.run(9.0)
+    hive.set_state("robot1", "defect")
+    hive.network.run(1.0)
+    back = hive.record("T7.1")
+    add_strong(hive)
+    hive.network.run(2 * REASSIGN)
+
+    assert (back.state, back.step) == (WAITING, 0)
+    assert any(said.step == 1 for said in hive.updates("T7.1"))
+    assert hive.record("T7").parts == 2
+
+
+def test_if_no_robot_takes_the_whole_after_all_its_parts_go_on_at_once():
     hive = queued(20.0)
     keep_busy(hive, 5)
     add_strong(hive, charge=0.05)
+    hive.network.run(1.0)
+    before = [state for state, _ in parts(hive)]
+    hive.network.run(REASSIGN + 3.0)
+    after = [state for state, _ in parts(hive)]
     hive.network.run(180.0)
 
+    assert (before, after) == ([WAITING, WAITING], [ASSIGNED, ASSIGNED])
     assert recalls(hive) == 1
     assert [state for state, _ in parts(hive)] == [DONE, DONE]
     assert hive.record("T7").state is DONE
+
+
+def test_an_attempt_is_given_up_if_a_part_does_not_come_back():
+    def lose(topic, message):
+        recalls_it = topic == TASK_ASSIGN and message.kind is OrderKind.HAND_BACK_UNBEGUN
+        return recalls_it and message.task.id == "T7.2"
+
+    hive = queued(20.0, network=Network(lose=lose))
+    keep_busy(hive, 8)
+    add_strong(hive, charge=0.05)
+    hive.network.run(3 * REASSIGN)
+    before = [state for state, _ in parts(hive)]
+    hive.network.run(2 * REASSIGN)
+
+    assert before == [WAITING, ASSIGNED]
+    assert [state for state, _ in parts(hive)] == [ASSIGNED, ASSIGNED]
 
 
 def test_a_split_is_not_undone_while_a_part_may_be_at_work_out_of_reach():

@@ -354,3 +354,76 @@ def test_a_robot_without_chargers_or_out_of_service_says_why_it_does_not_go_to_c
     hive.network.run(20.0)
     assert goals(hive) == []
     assert status(hive).state is RobotState.DEFECT
+
+
+@pytest.mark.parametrize("charge", [1.0, 0.97])
+def test_a_full_robot_that_is_sent_to_charge_goes_there_and_takes_tasks_again(charge):
+    hive = alone(charge)
+    hive.set_state("robot1", "charge")
+    hive.network.run(60.0)
+    hive.post(GO)
+    hive.network.run(60.0)
+
+    assert goals(hive) == [EAST, HERE, A]
+    assert hive.states("T1")[-1] is TaskState.DONE
+
+
+def test_a_robot_that_charges_where_it_stands_is_sent_to_a_charger():
+    hive = alone(0.7)
+    hive.set_state("robot1", "charging")
+    hive.network.run(2.0)
+    hive.set_state("robot1", "charge")
+    hive.network.run(20.0)
+
+    assert goals(hive) == [EAST]
+    assert "charges at charger 1" in status(hive).reason
+
+
+def test_a_robot_that_is_sent_to_charge_is_given_nothing_new_while_it_puts_down_its_load():
+    hive = alone(0.9)
+    hive.post(CARRY)
+    hive.network.run(25.0)
+    hive.set_state("robot1", "charge")
+    hive.post(GO)
+    hive.network.run(2.0)
+
+    assert status(hive).state is RobotState.BUSY
+    assert "an operator has sent it to charge" in hive.record("T1").reason
+
+
+def test_a_robot_that_is_sent_to_charge_on_its_way_home_turns_round_at_once():
+    hive = alone(1.0)
+    hive.set_state("robot1", "charge")
+    hive.network.run_until(lambda: goals(hive)[-1:] == [HERE], limit=60.0)
+    hive.robots["robot1"].set_pose(Pose(4.0, 4.0))
+    hive.set_state("robot1", "charge")
+    hive.network.run(2.0)
+
+    assert goals(hive) == [EAST, HERE, EAST]
+
+
+def test_a_robot_at_a_charger_that_has_charged_enough_is_sent_to_charge_until_it_is_full():
+    hive = alone(0.25)
+    robot = hive.robots["robot1"]
+    hive.network.run_until(lambda: robot.status.charge > 0.62, limit=HOUR)
+    before = robot.status.state
+    hive.set_state("robot1", "charge")
+    hive.network.run(2.0)
+    after = robot.status
+    hive.network.run_until(lambda: robot.state is RobotState.IDLE, limit=HOUR)
+
+    assert (before, after.state) == (RobotState.IDLE, RobotState.CHARGING)
+    assert "charges at charger 1" in after.reason
+    assert robot.status.charge >= ChargingSettings().full
+
+
+def test_an_operator_calls_a_robot_back_that_was_sent_to_charge():
+    hive = alone(0.7)
+    hive.set_state("robot1", "charge")
+    hive.network.run(8.0)
+    hive.set_state("robot1", "idle")
+    hive.network.run(60.0)
+
+    assert goals(hive) == [EAST]
+    assert status(hive).state is RobotState.IDLE
+    assert status(hive).pose == HERE

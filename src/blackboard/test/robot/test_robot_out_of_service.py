@@ -236,7 +236,28 @@ def test_a_trouble_that_is_over_does_not_end_what_an_operator_said():
     harness = RobotHarness()
     harness.robot.note_trouble("a person controls it")
     harness.set_state("defect")
+    harness.robot.note_trouble("a person controls it")  # it is told again and again
     harness.robot.note_trouble("")
 
     assert harness.status.state is RobotState.DEFECT
     assert harness.status.reason == "defect, set by an operator"
+
+
+def test_a_trouble_lasts_until_the_robot_says_that_it_is_over_whatever_an_operator_says():
+    harness = RobotHarness()
+    harness.robot.note_trouble("a person controls it")
+    harness.set_state("idle")
+
+    assert harness.status.state is RobotState.DEFECT
+    assert harness.status.reason == "a person controls it"
+
+
+def test_a_robot_that_was_set_charging_charges_again_when_its_trouble_is_over():
+    harness = RobotHarness(charge=0.5)
+    harness.set_state("charging")
+    harness.robot.note_trouble("a person controls it")
+    during = harness.status.state
+    harness.robot.note_trouble("")
+
+    assert (during, harness.status.state) == (RobotState.DEFECT, RobotState.CHARGING)
+    assert harness.status.reason == "charging, set by an operator"

@@ -159,17 +159,12 @@ class Unsplitting:
         if whole.task.id not in self._under_way:
             return False
         parts = self._parts_not_begun(whole, ())
-        return bool(parts) and all(map(self._is_quiet, parts)) and self._are_told(parts)
+        return bool(parts) and all(map(self._is_quiet, parts))
 
     def _is_quiet(self, part: TaskRecord) -> bool:
         """Return whether no robot obeys an order any more to take a part."""
         last = self._handed_back.get(part.task.id)
         return last is None or self._talker.now() - last.heard >= self._quiet
-
-    def _are_told(self, parts: Iterable[TaskRecord]) -> bool:
-        """Return whether what is known of parts is committed, so that it has been told."""
-        committed = self._node.member.log.stable.records
-        return all(committed.get(part.task.id) == part for part in parts)
 
     def _carriers(self, whole: TaskRecord) -> frozenset[str]:
         """Return the robots in service that say that they can carry the whole."""

@@ -106,8 +106,9 @@ class Charging:
     @property
     def is_charging(self) -> bool:
         """Whether it is at a charger, or where a person set it to charge."""
-        by_hand = self._service.state is RobotState.CHARGING and not self._claims.charger
-        return self._phase is Phase.THERE or (by_hand and not self._service.is_on_its_own)
+        by_hand = self._service.state is RobotState.CHARGING and not self._service.is_on_its_own
+        stands = not self._claims.charger and not self._controller.task_id
+        return self._phase is Phase.THERE or (by_hand and stands)
 
     @property
     def places(self) -> tuple[Pose, ...]:
@@ -145,7 +146,7 @@ class Charging:
             if self._service.state is RobotState.CHARGING and self._battery.level >= self._enough:
                 self._service.be_charged()
                 self._is_sent = False
-        if self._battery.level <= 0.0 and self._service.state is not RobotState.DEFECT:
+        if self._battery.level <= 0.0:
             self.abandon()
             self._service.strand(f"stranded at {self._pose}: its battery is empty")
         self._say()
@@ -169,7 +170,7 @@ class Charging:
             self._seek(idle=idle)
         elif self._phase is Phase.AWAY:
             self._claims.release()
-        elif self._phase is Phase.THERE and idle and self._is_full:
+        elif self._phase is Phase.THERE and idle and self._may_leave:
             self._make_room()
 
     def send(self) -> str:
@@ -180,7 +181,7 @@ class Charging:
         """
         if not self._plan.chargers:
             return "the fleet has no chargers; name them in its world or its fleet file"
-        if self._service.state is RobotState.DEFECT:
+        if self._service.state is RobotState.DEFECT or self._service.left_on_board is not None:
             return f"it is out of service: {self._service.reason}"
         if self._phase is Phase.LEAVING:
             self._halt()
@@ -208,17 +209,17 @@ class Charging:
         return settings.full if self._is_sent else settings.enough
 
     @property
-    def _is_full(self) -> bool:
-        return self._battery.level >= self._plan.settings.full
+    def _may_leave(self) -> bool:
+        """Whether it is full, and nothing keeps it at its charger."""
+        return self._service.state is None and self._battery.level >= self._plan.settings.full
 
     def _needs_charger(self, *, idle: bool, loaded: bool) -> bool:
-        if self._service.is_on_its_own:
-            return True
-        if self._service.state is not None:
+        if loaded:
             return False
-        if self._is_critical or self._is_sent:
-            return not loaded
-        return idle and self._battery.level < self._plan.settings.low
+        if self._service.is_on_its_own or self._is_sent:
+            return True
+        is_low = self._is_critical or (idle and self._battery.level < self._plan.settings.low)
+        return is_low and self._service.state is None
 
     def _seek(self, *, idle: bool) -> None:
         """Claim the nearest free charger, and go once it is this robot's."""

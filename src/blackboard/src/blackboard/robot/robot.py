@@ -187,10 +187,10 @@ class Robot:
             allowed = ", ".join([*WORDS, f"{PUT_DOWN} X Y YAW"])
             self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
             return
-        self._unloading.stop()
         if word == "charge":
             self._go_to_charge()
             return
+        self._unloading.stop()
         self.charging.abandon()
         if word == "idle" and self._service.left_on_board is not None:
             self._loads.empty()

@@ -26,63 +26,67 @@ def put_down_word(place: Pose) -> str:
 class Service:
     """Whether a robot is out of service, with the reason in words.
 
-    A robot with a load that nobody wants leaves service until a person has seen to it.
+    Three things take it out of service, each for itself: a trouble, a load that was left on board,
+    and charging or an operator's word. When one of them ends, the others still count.
 
     Attributes:
-        state: DEFECT or CHARGING while out of service, otherwise None.
-        reason: Why it is out of service; empty otherwise.
         left_on_board: The load that was left on board [kg]; None if none was.
+        about_load: What there is to say about that load; empty if none was left.
         is_sure: Whether that load is known, and not only to the arm.
         is_on_its_own: Whether it left service by itself to charge, not because of a person.
     """
 
     def __init__(self) -> None:
-        self.state: RobotState | None = None
-        self.reason = ""
         self.left_on_board: float | None = None
+        self.about_load = ""
         self.is_sure = False
-        self._was_in_service = False
         self.is_on_its_own = False
-        self._trouble = ""
+        self._told = ""  # the trouble that the robot itself tells
+        self._stranded = ""
+        self._word: RobotState | None = None
+        self._about_word = ""
+
+    @property
+    def trouble(self) -> str:
+        """Why it can do nothing at all; empty if it can."""
+        return self._told or self._stranded
+
+    @property
+    def state(self) -> RobotState | None:
+        """DEFECT or CHARGING while out of service, otherwise None."""
+        is_kept_out = self.left_on_board is not None and self._word is None
+        return RobotState.DEFECT if self.trouble or is_kept_out else self._word
+
+    @property
+    def reason(self) -> str:
+        """Why it is out of service; empty otherwise."""
+        return "; ".join(filter(None, (self.trouble, self.about_load))) or self._about_word
 
     def set(self, word: str) -> None:
         """Be set `idle`, `defect` or `charging`; `idle` says too that nothing is on board."""
-        self.is_on_its_own = False
-        self._trouble = ""
+        self._stranded, self.is_on_its_own = "", False
         if word == "idle":
-            self.state, self.reason, self.left_on_board = None, "", None
-            return
-        self.state = RobotState[word.upper()]
-        if self.left_on_board is None:
-            self.reason = f"{word}, set by an operator"
-        elif word == "defect":
-            self._was_in_service = False  # so it stays out when the load is down
+            self._word, self._about_word = None, ""
+            self.unload()
+        else:
+            self._word, self._about_word = RobotState[word.upper()], f"{word}, set by an operator"
 
     def leave_on_board(self, task_id: str, payload: float) -> None:
         """Leave service because of a load [kg] that is on board and no longer wanted."""
-        self._leave(payload)
-        self.is_sure = True
-        self.reason = (
+        self.left_on_board, self.is_sure = payload, True
+        self.about_load = (
             f"the load of {task_id} ({payload:g} kg) is on board: send the robot to put it down, "
             "or take it off, then set the robot idle"
         )
 
     def leave_unknown_on_board(self, what: str) -> None:
         """Leave service because of a load on board of which only the arm knows, in words."""
-        self._leave(self.left_on_board or 0.0)
-        self.is_sure = False
-        self.reason = f"{what}: take it off, then set the robot idle"
+        self.left_on_board, self.is_sure = self.left_on_board or 0.0, False
+        self.about_load = f"{what}: take it off, then set the robot idle"
 
     def unload(self) -> None:
-        """Come back into service without a load, unless the robot was out of it before."""
-        self.left_on_board = None
-        self.set("idle" if self._was_in_service else "defect")
-
-    def _leave(self, payload: float) -> None:
-        if self.left_on_board is None:
-            self._was_in_service = self.state is None
-        self.left_on_board = payload
-        self.state = self.state or RobotState.DEFECT
+        """Have no load left on board any more."""
+        self.left_on_board, self.about_load = None, ""
 
     def note_trouble(self, reason: str) -> bool:
         """Leave service while the robot tells a reason, and come back when it is empty.
@@ -90,31 +94,19 @@ class Service:
         Returns:
             Whether that changed anything.
         """
-        if reason == self._trouble:
-            return False
-        if not reason:
-            self.be_charged()
-            return True
-        self._trouble, self.is_on_its_own = reason, False
-        self.state = RobotState.DEFECT
-        if self.left_on_board is None:
-            self.reason = reason
-        return True
+        is_new = reason != self._told
+        self._told = reason
+        return is_new
+
+    def strand(self, reason: str) -> None:
+        """Leave service until an operator's word because the battery is empty."""
+        self._stranded = reason
 
     def go_charging(self, reason: str) -> None:
         """Leave service to charge, on the robot's own initiative."""
         if self.state is not RobotState.DEFECT:
-            self.state, self.reason, self.is_on_its_own = RobotState.CHARGING, reason, True
-
-    def strand(self, reason: str) -> None:
-        """Leave service for good because the battery is empty."""
-        self.state, self.is_on_its_own = RobotState.DEFECT, False
-        if self.left_on_board is None:
-            self.reason = reason
+            self._word, self._about_word, self.is_on_its_own = RobotState.CHARGING, reason, True
 
     def be_charged(self) -> None:
-        """Come back into service; only a person can say that a load left on board is gone."""
-        if self.left_on_board is None:
-            self.set("idle")
-        else:
-            self.state, self.is_on_its_own, self._trouble = RobotState.DEFECT, False, ""
+        """Have charged enough; a load that was left on board still keeps it out of service."""
+        self._word, self._about_word, self.is_on_its_own = None, "", False

@@ -43,11 +43,6 @@ class Unloading:
         self._controller = controller
         self._load: Load | None = None
 
-    @property
-    def is_under_way(self) -> bool:
-        """Whether the robot brings its load to a place."""
-        return self._load is not None
-
     def begin(self, place: Pose, lease: LeaseKeeper, changed: Callable[[], None]) -> str:
         """Bring the load to a place [map frame]; `changed` is called at the end.
 
@@ -59,11 +54,13 @@ class Unloading:
             return "no load was left on board; cancel its task first"
         if len(loads) > 1 or not self._service.is_sure:
             return "what is on board is not known; take it off, then put the robot back in service"
+        if self._service.trouble:
+            return self._service.trouble
         self.stop()
         (load,) = loads
         self._load = load
         task = Task(load.task_id, TaskType.GPAB, (place, place), payload=load.payload)
-        self._service.reason = f"brings the load of {load.task_id} to {place}"
+        self._service.about_load = f"brings the load of {load.task_id} to {place}"
 
         def ended(result: CommandResult) -> None:
             self._load = None
@@ -72,15 +69,17 @@ class Unloading:
                 self._service.unload()
             else:
                 words = f"the load of {load.task_id} ({load.payload:g} kg) is still on board"
-                self._service.reason = f"{words}: {result.state.value}: {result.text}"
+                self._service.about_load = f"{words}: {result.state.value}: {result.text}"
             changed()
 
         self._controller.run(task, _FIRST_STEP, lambda _step: None, ended, lease.holds)
         return ""
 
     def go_on(self) -> None:
-        """Halt or resume, as the lease says now."""
-        if self._load is not None:
+        """Halt or resume, as the lease says now; a robot in trouble stops."""
+        if self._service.trouble:
+            self.stop()
+        elif self._load is not None:
             self._controller.go_on()
 
     def stop(self) -> None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from blackboard.auction.decision import Decision
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
+    from blackboard.robot.charging import ChargingPlan
 
 SOON = 0.01  # more than any message takes [s]
 STEP = 10.0  # duration of every step [s]
@@ -183,7 +184,12 @@ class BlackboardHarness(_Harness):
 class RobotHarness(_Harness):
     """robot1 at (0, 0), with a battery charged to 0..1, and the filter of a member beside it."""
 
-    def __init__(self, charge: float = 1.0, hive_filter: HiveFilter | None = None) -> None:
+    def __init__(
+        self,
+        charge: float = 1.0,
+        hive_filter: HiveFilter | None = None,
+        charging: ChargingPlan | None = None,
+    ) -> None:
         super().__init__()
         self.listener = Listener(self.network)
         self.talker = NetworkTalker(self.network, "robot1")
@@ -198,6 +204,7 @@ class RobotHarness(_Harness):
             battery=self.battery,
             controller=ControllerSettings(attempts=2, retry_delay=1.0),
             hive_filter=hive_filter,
+            charging=charging,
             missing=lambda: self.missing,
         )
         self.command.arrive = self.robot.set_pose
