@@ -11,6 +11,7 @@ import pytest
 
 pytest.importorskip("blackboard.msg", reason="needs generated messages: ./hive test hive")
 
+import rosgraph
 import rospy
 import yaml
 
@@ -130,6 +131,18 @@ def server(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             found = found[key]
         return found
 
+    class Master:
+        def __init__(self, _caller: str) -> None: ...
+
+        def searchParam(self, name: str) -> str:  # noqa: N802  (rosgraph's name)
+            if name not in known:
+                raise rosgraph.MasterError("not set")
+            return f"/{name}"
+
+        def getParam(self, name: str) -> Any:  # noqa: N802  (rosgraph's name)
+            return get_param(name)
+
+    monkeypatch.setattr(rosgraph, "Master", Master)
     monkeypatch.setattr(rospy, "get_param", get_param)
     monkeypatch.setattr(rospy, "get_name", lambda: "/node")
     monkeypatch.setattr(rospy, "resolve_name", lambda name: name.replace("~", "/node/"))
