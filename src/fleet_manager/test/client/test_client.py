@@ -212,6 +212,13 @@ def test_a_robot_with_a_load_goes_to_charge_later_and_is_not_waited_for(link):
     assert client.command("robot1", "charge").state is RobotState.BUSY
 
 
+def test_a_robot_with_a_load_that_was_left_does_not_go_to_charge_which_is_said(link):
+    client = commanded(link, [RobotState.DEFECT] * 30, payload=2.0, first=RobotState.DEFECT)
+
+    with pytest.raises(NotDoneError, match="robot1 is still defect: a load is on board"):
+        client.command("robot1", "charge")
+
+
 def commanded(link, states, payload=0.0, first=RobotState.BUSY, then="a load is on board"):
     """Return a client that knows robot1, which is in one state after the other when told.
 

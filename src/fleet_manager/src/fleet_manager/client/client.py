@@ -424,7 +424,8 @@ class HiveClient:
 def _is_so(row: RobotRow, word: str) -> bool:
     """Return whether a robot does what a word on `set_state` says."""
     if word == "charge":
-        return row.state is RobotState.CHARGING or row.status.payload > 0
+        is_later = row.status.payload > 0 and not row.has_load_left
+        return row.state is RobotState.CHARGING or is_later
     if word.startswith(PUT_DOWN):
         return row.reason.startswith("brings") or not row.status.payload
     if word == "defect":
