@@ -15,6 +15,8 @@ import pytest
 
 pytest.importorskip("ompl")
 
+from hive_lab.bench.traffic.adversarial import LONGEST_STAND
+from hive_lab.fleets.adversarial import drive, layout_of
 from hive_lab.fleets.coordination import CoordinatorMaker
 from hive_lab.fleets.sites import drawn_site, lab
 from hive_lab.fleets.traffic import Traffic
@@ -157,3 +159,37 @@ def test_robots_take_another_way_when_one_has_died_in_a_door(planned):
     assert case.run(GIVE_UP, "ab")
     assert case.simulation.collisions == 0
     assert case.longest_stand <= STAND
+
+
+# Where robots have locked up with a traffic planner: `a` is where one starts, `A` where it goes.
+LANES = {
+    "four robots at a junction": """
+        a   bA  .   cB  d
+        #   #   .   #   #
+        #   #   C   #   #
+        #   #   D   #   #
+    """,
+    "three robots in a dead end with a bay": """
+        .   .   .   .   .   aA  bC  cB
+        #   #   #   #   #   .   #   #
+    """,
+    "an idle robot in a bay that two others need": """
+        .   .   b   A   .   cB
+        #   #   #   a   #   #
+    """,
+    "six robots that swap sides through a lane with a bay": """
+        a   F   #   #   #   #   #   #   #   #   #   #   A   f
+        b   E   .   .   .   .   .   .   .   .   .   .   B   e
+        c   D   #   #   #   #   .   #   #   #   #   #   C   d
+    """,
+}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("lane", LANES)
+def test_robots_in_lanes_that_are_one_robot_wide_all_get_through(lane, seed):
+    solved = drive(layout_of(LANES[lane]), seed)
+
+    assert solved.reached == solved.asked
+    assert solved.contacts == 0
+    assert solved.longest_stand <= LONGEST_STAND

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hive_lab.mapf.testing import CELL, NEXT, grid_map, nearest, robot, where
 from robot_navigation.mapf.joint_planner import (
     Agent,
     Body,
@@ -16,74 +17,16 @@ from robot_navigation.mapf.joint_planner import (
     PlannerSettings,
     Timetable,
 )
-from robot_navigation.mapf.roadmap import Limit, Roadmap
+from robot_navigation.mapf.roadmap import Limit
 
 OPEN = ["........"] * 6
 AISLES = ["..........", ".###.####.", "..........", ".####.###.", ".........."]
 CORNER = ["...", ".##", ".##"]
-CELL = 1.2  # [m]
-NEXT = ((0, 1), (0, -1), (1, 0), (-1, 0))
 DIAGONAL = (*NEXT, (1, 1), (1, -1), (-1, 1), (-1, -1))
-
-
-def grid_map(rows, steps=NEXT, cell=CELL, stop=None, park=None):
-    """Return the roadmap of a map drawn with characters, `.` is free, and its places by cell."""
-    cells = [(y, x) for y, row in enumerate(rows) for x, c in enumerate(row) if c == "."]
-    number = {cell: k for k, cell in enumerate(cells)}
-    lanes = [
-        (number[y, x], number[y + dy, x + dx])
-        for y, x in cells
-        for dy, dx in steps
-        if (y + dy, x + dx) in number and (y, x + dx) in number and (y + dy, x) in number
-    ]
-    lanes = np.array(sorted(lanes), dtype=np.intp)
-    places = np.array([(x * cell, y * cell) for y, x in cells])
-    wide = np.full(len(lanes), math.inf)
-    everywhere = np.ones(len(places), dtype=bool)
-    roadmap = Roadmap(
-        places=places,
-        room=np.full(len(places), math.inf),
-        lanes=lanes,
-        begins=np.searchsorted(lanes[:, 0], np.arange(len(places) + 1)),
-        lengths=np.hypot(*(places[lanes[:, 1]] - places[lanes[:, 0]]).T),
-        widths=wide,
-        speeds=wide,
-        may_stop=everywhere if stop is None else stop,
-        may_park=everywhere if park is None else park,
-    )
-    return roadmap, number
-
-
-def robot(start, goal, radius=0.3, speed=1.0, heading=0.0, priority=0.0, ready=0.0, stays=False):
-    return Agent(start, ready, heading, goal, radius, speed, 0.8, 1.5, priority, stays)
 
 
 def point(start, goal, priority=0.0):
     return Agent(start, 0.0, 0.0, goal, 0.0, 1.0, math.inf, math.inf, priority)
-
-
-def where(roadmap, table, time):
-    """Return where a robot is at some time; it drives evenly along each lane."""
-    for k, place in enumerate(table.places):
-        if time <= table.leaves[k]:
-            if k == 0 or time >= table.arrives[k]:
-                return roadmap.places[place]
-            begin, end = table.leaves[k - 1], table.arrives[k]
-            one, other = roadmap.places[table.places[k - 1]], roadmap.places[place]
-            return one + (other - one) * (time - begin) / (end - begin)
-    raise AssertionError
-
-
-def nearest(roadmap, agents, tables, step=0.05):
-    """Return the least room between two robots' circles at any time [m]."""
-    end = max(table.arrives[-1] for table in tables) + 1.0
-    least = math.inf
-    for time in np.arange(0.0, end, step):
-        at = [where(roadmap, table, time) for table in tables]
-        for i, j in itertools.combinations(range(len(agents)), 2):
-            gap = math.dist(at[i], at[j]) - agents[i].radius - agents[j].radius
-            least = min(least, gap)
-    return least
 
 
 def meetings(tables):

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hive_common.last_heard import FORGOTTEN_AFTER
 from robot_navigation.traffic.deadlock import (
     CIRCLE_AFTER,
     NO_PROGRESS_AFTER,
+    NOTHING_NEW_AFTER,
     OVERTAKEN_AFTER,
     SILENT,
     Kind,
@@ -152,6 +155,27 @@ def test_a_robot_that_goes_to_and_fro_makes_no_progress(watched):
         return said("a", now, 0.4 * (round(now) % 2))
 
     assert watched.run(NO_PROGRESS_AFTER + 2.0, wavers) == [(Kind.HELD, ("a",))]
+
+
+def shuttles(now):
+    """Say where a robot is that drives back and forth over three metres."""
+    return said("a", now, abs(now % 6.0 - 3.0))
+
+
+def test_a_robot_that_comes_nowhere_new_makes_no_progress_however_far_it_drives(watched):
+    until_it_has_been_everywhere = 6.0
+
+    assert watched.run(until_it_has_been_everywhere + NOTHING_NEW_AFTER, shuttles) == []
+    assert watched.run(1.0, shuttles) == [(Kind.HELD, ("a",))]
+
+
+def test_with_a_new_goal_all_places_are_new(watched):
+    watched.run(NOTHING_NEW_AFTER, shuttles)
+
+    def elsewhere(now):
+        return replace(shuttles(now), goal=(9.0, 9.0))
+
+    assert watched.run(NOTHING_NEW_AFTER, elsewhere) == []
 
 
 def test_one_that_creeps_does(watched):

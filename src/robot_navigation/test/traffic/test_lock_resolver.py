@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A lock is planned anew, and after that left to the right of way."""
+"""A lock is planned anew, then in one search, and after that left to the right of way."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.coordinator import Coordinator
 from robot_navigation.traffic.deadlock import CIRCLE_AFTER, NO_PROGRESS_AFTER, Kind, Lock
 from robot_navigation.traffic.lock_resolver import (
+    COMES_BACK,
     LEFT_ALONE,
     RETRY,
-    TRIES,
+    SEARCHED,
     LockResolver,
     ResolvingCoordinator,
     concerned,
@@ -28,13 +29,20 @@ def lock(kind, *robots):
 
 
 CIRCLE = lock(Kind.CIRCLE, "a", "b")
-GIVEN_UP = TRIES * RETRY
+GIVEN_UP = RETRY + SEARCHED
 
 
-def run(resolver, *times, locks=(CIRCLE,)):
-    """Return the robots that are planned anew and those left alone, at each time."""
-    remedies = [resolver.remedy(locks, time) for time in times]
-    return [("".join(sorted(r.plan_anew)), "".join(sorted(r.left_alone))) for r in remedies]
+def names(robots):
+    return "".join(sorted(robots))
+
+
+def run(resolver, *times, locks=(CIRCLE,), groups=()):
+    """Return who is planned anew, in one search, and left alone, at each time."""
+    remedies = [resolver.remedy(locks, time, groups) for time in times]
+    return [
+        (names(r.plan_anew), " ".join(map(names, r.plan_together)), names(r.left_alone))
+        for r in remedies
+    ]
 
 
 def test_of_a_circle_all_are_planned_anew_else_the_first_robot_only():
@@ -43,35 +51,67 @@ def test_of_a_circle_all_are_planned_anew_else_the_first_robot_only():
     assert concerned(lock(Kind.HELD, "a")) == {"a"}
 
 
-def test_a_lock_is_planned_anew_at_once_and_again_after_a_while():
+def test_a_lock_is_planned_anew_at_once_and_in_one_search_after_a_while():
     times = 0.0, 1.0, RETRY - 0.1, RETRY, RETRY + 1.0
 
-    assert run(LockResolver(), *times) == [("ab", ""), ("", ""), ("", ""), ("ab", ""), ("", "")]
+    assert run(LockResolver(), *times) == [
+        ("ab", "", ""),
+        ("", "", ""),
+        ("", "", ""),
+        ("", "ab", ""),
+        ("", "", ""),
+    ]
+
+
+def test_a_robot_is_planned_in_one_search_with_those_for_which_it_waits():
+    waits = lock(Kind.OVERTAKEN, "a", "b", "c")
+
+    assert run(LockResolver(), 0.0, RETRY, locks=[waits]) == [("a", "", ""), ("", "abc", "")]
 
 
 def test_one_that_lasts_is_left_to_the_right_of_way_for_a_while_and_then_planned_anew():
     resolver = LockResolver()
-    run(resolver, *(RETRY * tries for tries in range(TRIES)))
+    run(resolver, 0.0, RETRY)
 
-    assert run(resolver, GIVEN_UP - 0.1) == [("", "")]
-    assert run(resolver, GIVEN_UP, GIVEN_UP + LEFT_ALONE - 0.1) == [("", "ab")] * 2
-    assert run(resolver, GIVEN_UP + LEFT_ALONE) == [("ab", "")]
+    assert run(resolver, GIVEN_UP - 0.1) == [("", "", "")]
+    assert run(resolver, GIVEN_UP, GIVEN_UP + LEFT_ALONE - 0.1) == [("", "", "ab")] * 2
+    assert run(resolver, GIVEN_UP + LEFT_ALONE) == [("ab", "", "")]
 
 
-def test_a_lock_that_is_resolved_and_comes_again_is_a_new_one():
+def test_a_lock_that_comes_back_gets_the_next_remedy():
+    resolver = LockResolver()
+    run(resolver, 0.0)
+    run(resolver, 1.0, locks=())
+
+    other = lock(Kind.BLOCKED, "b", "c")
+    assert run(resolver, COMES_BACK - 1.0, locks=[other]) == [("", "bc", "")]
+
+
+def test_a_lock_that_comes_much_later_is_a_new_one():
+    resolver = LockResolver()
+    run(resolver, 0.0)
+    run(resolver, 1.0, locks=())
+
+    assert run(resolver, COMES_BACK + 1.0) == [("ab", "", "")]
+
+
+def test_robots_that_wait_for_one_of_their_group_that_makes_progress_are_not_left_alone():
     resolver = LockResolver()
     run(resolver, 0.0, RETRY)
-    run(resolver, RETRY + 1.0, locks=())
+    group = [frozenset("abc")]
 
-    assert run(resolver, RETRY + 2.0) == [("ab", "")]
+    assert run(resolver, GIVEN_UP, GIVEN_UP + 30.0, groups=group) == [("", "", "")] * 2
+    assert run(resolver, GIVEN_UP + 31.0, groups=[frozenset("ab")]) == [("", "", "")]
+    after = GIVEN_UP + 30.0 + SEARCHED
+    assert run(resolver, after, groups=[frozenset("ab")]) == [("", "", "ab")]
 
 
 def test_other_locks_are_resolved_meanwhile():
     resolver = LockResolver()
-    run(resolver, *(RETRY * tries for tries in range(TRIES + 1)))
+    run(resolver, 0.0, RETRY, GIVEN_UP)
     both = CIRCLE, lock(Kind.CIRCLE, "c", "d")
 
-    assert run(resolver, GIVEN_UP + 1.0, locks=both) == [("cd", "ab")]
+    assert run(resolver, GIVEN_UP + 1.0, locks=both) == [("cd", "", "ab")]
 
 
 class Standing:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from fleet_manager.cli.context import CliContext
     from hive_lab.bench.registry import Bench
 
+LAYOUTS = 2000  # hard ones in which a fleet drives
+
 
 @click.command()
 @click.argument("name", required=False, type=click.Choice(sorted(BENCHES)))
@@ -94,6 +96,14 @@ if TYPE_CHECKING:
 @click.option("--site", metavar="NAME", help="hall, lab or warehouse, for traffic.")
 @click.option("--ros", is_flag=True, help="A hive on ROS, planned and local, for traffic.")
 @click.option(
+    "--adversarial",
+    type=click.IntRange(min=1),
+    is_flag=False,
+    flag_value=LAYOUTS,
+    metavar="[N]",
+    help=f"In how many small hard layouts a fleet drives, {LAYOUTS} by default, for traffic.",
+)
+@click.option(
     "--resume",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
@@ -121,6 +131,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench traffic --people 5
       hive bench traffic --close
       hive bench traffic --ros
+      hive bench traffic --adversarial
       hive bench vda5050 --robots 50
 
     Ends with 0 when the measurement ran, whatever it found; faults, fuzz, fuzz-ros, hive and

@@ -210,6 +210,7 @@ BENCHES: Mapping[str, Bench] = {
             "people",
             "close",
             "ros",
+            "adversarial",
             "resume",
         ),
         connects=True,

@@ -34,6 +34,7 @@ class Fleet:
         paths: What each robot does; None if it is not planned yet.
         effort: How many searches are left.
         counts: How many robots are in zones with a limit; None without such zones.
+        dwells: How long each robot stays at its goal [s].
         habits: The lanes and legs that a robot was to drive along before, (k,), by robot.
     """
 
@@ -70,7 +71,7 @@ class Fleet:
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
-        self._dwells = list(dwells)
+        self.dwells = list(dwells)
         self._stood: dict[int, float] = {}
         self._budget = 0
         self._nobody = Reservations.like(reservations)
@@ -122,6 +123,10 @@ class Fleet:
         times[2::2, 0] = times[1::2, 0]
         return things, times
 
+    def free_from(self, robot: int) -> Array:
+        """Return from when on each place and way is free for a robot for ever [s]."""
+        return self.reservations.free_from(self.sizes[robot])
+
     def stand(self, robot: int) -> Path:
         """Return the path of a robot that stays where it is."""
         task = self.tasks[robot]
@@ -167,7 +172,7 @@ class Fleet:
             reservations,
             self._horizon,
             self._states,
-            self._dwells[robot],
+            self.dwells[robot],
             only,
         )
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from robot_navigation.mapf.conflicts import (
     classical_conflicts,
     ways,
 )
+from robot_navigation.mapf.coupled import coupled, rescheduled
 from robot_navigation.mapf.ends import NO_ENDS
 from robot_navigation.mapf.lacam import solve
 from robot_navigation.mapf.neighbourhood_search import improve
@@ -31,7 +32,7 @@ from robot_navigation.mapf.segments import segments_apart, segments_near
 from robot_navigation.mapf.zone_counts import ZoneCounts
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.ends import Ends
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 RENEW = 0.5  # a path that ends before this share of the horizon, and not at the goal, is made anew
 ROUNDING = 1e-6  # [m]
+MOST_TOGETHER = 8  # robots of one search; its effort is exponential in their number
 LATE = 0.05  # a robot that is this late still has the plan that it had [s]
 
 
@@ -140,6 +142,10 @@ class JointPlanner:
     """Plans for all robots on one roadmap.
 
     The same calls give the same plans. It keeps tables of the roadmap, and nothing about robots.
+
+    Attributes:
+        coupled: The groups of the last plan, with those who have joined them; none if the robots
+            were planned one after the other.
     """
 
     def __init__(self, roadmap: Roadmap, settings: PlannerSettings = DEFAULTS) -> None:
@@ -161,6 +167,7 @@ class JointPlanner:
         self._places = roadmap.places
         self._leg_of: dict[tuple[int, int], int] = {}
         self._searches: dict[Motion, PathSearch] = {}
+        self.coupled: Sequence[Sequence[int]] = ()
 
     def plan(
         self,
@@ -168,6 +175,7 @@ class JointPlanner:
         before: Sequence[Timetable | None] = (),
         bodies: Sequence[Body] = (),
         ends: Ends = NO_ENDS,
+        together: Sequence[Collection[int]] = (),
     ) -> list[Timetable]:
         """Return what each robot is to do, so that no two come too near to each other.
 
@@ -181,22 +189,22 @@ class JointPlanner:
                 holds. None, or nothing at all, for robots without.
             bodies: What else is in the way, for ever at its last point.
             ends: Places of this plan alone: starts and goals beside the roadmap.
+            together: Groups of robots each of which is planned in one search, before all others;
+                see `coupled`. Who is in the way of a group and cannot get out of it joins it.
+                Where that finds nothing, the robots are planned as all others.
         """
         self._join(ends)
         order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
-        fleet = self._fleet(agents, bodies)
-        self._keep(fleet, agents, before, order)
         fixed = {robot for robot in order if agents[robot].stays}
-        if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
-            # Those for whom there was no place are planned anew, and if need be all of them.
-            contested = fleet.contested
-            fleet = self._fleet(agents, bodies)
-            kept = [None if robot in contested else table for robot, table in enumerate(before)]
-            self._keep(fleet, agents, kept, order)
-            if not fleet.settle_all(order):
-                fleet = self._fleet(agents, bodies)
-                self._keep(fleet, agents, (), order)
-                fleet.settle_all(order)
+        before = [*before, *[None] * (len(agents) - len(before))]
+        groups = [sorted({*group} - fixed, key=order.index) for group in together]
+        together_ = self._coupled(agents, before, bodies, order, [each for each in groups if each])
+        self.coupled = ()
+        if together_ is None:
+            fleet = self._one_by_one(agents, before, bodies, order, fixed)
+        else:
+            fleet, self.coupled = together_
+            fixed = fixed.union(*self.coupled)
         # Bodies may keep a robot from getting out of the way; it waits for the next plan.
         for robot, path in enumerate(fleet.paths):
             if path is None:
@@ -207,6 +215,82 @@ class JointPlanner:
         improve(fleet, movable, self.settings.improvements, self.settings.gain)
         paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
+
+    def _one_by_one(
+        self,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None],
+        bodies: Sequence[Body],
+        order: Sequence[int],
+        fixed: Collection[int],
+    ) -> PushingFleet:
+        """Return all robots, planned one after the other, but for those that cannot move."""
+        fleet = self._fleet(agents, bodies)
+        self._keep(fleet, agents, before, order)
+        if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
+            # Those for whom there was no place are planned anew, and if need be all of them.
+            contested = fleet.contested
+            fleet = self._fleet(agents, bodies)
+            kept = [None if robot in contested else table for robot, table in enumerate(before)]
+            self._keep(fleet, agents, kept, order)
+            if not fleet.settle_all(order):
+                fleet = self._fleet(agents, bodies)
+                self._keep(fleet, agents, (), order)
+                fleet.settle_all(order)
+        return fleet
+
+    def _coupled(
+        self,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None],
+        bodies: Sequence[Body],
+        order: Sequence[int],
+        groups: Sequence[Sequence[int]],
+    ) -> tuple[PushingFleet, Sequence[Sequence[int]]] | None:
+        """Return all robots, planned with groups in one search each, and the groups.
+
+        Groups grow as in independence detection (Standley, AAAI 2010).
+
+        Returns:
+            None if there is no group, or no plan in which one gets through.
+        """
+        while groups and max(map(len, groups)) <= MOST_TOGETHER:
+            fleet = self._fleet(agents, bodies)
+            fixed = {robot for robot in order if agents[robot].stays}
+            self._stay(fleet, agents)
+            more: Collection[int] = ()
+            if all(self._put_together(fleet, agents, before, group) for group in groups):
+                fixed.update(*groups)
+                self._keep(fleet, agents, before, order)
+                if fleet.settle_freely(order, fixed):
+                    return fleet, groups
+                more = fleet.contested - fixed
+            if not more and len(groups) == 1:
+                return None
+            groups = [[*chain.from_iterable(groups), *sorted(more)]]
+        return None
+
+    def _put_together(
+        self,
+        fleet: Fleet,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None],
+        group: Sequence[int],
+    ) -> bool:
+        """Plan a group; return whether it worked. It keeps its plan as long as that holds."""
+        paths = {
+            robot: path
+            for robot in group
+            if (table := before[robot]) is not None
+            and (path := self._rest(agents[robot], table)) is not None
+        }
+        if len(paths) == len(group):
+            kept = rescheduled(fleet, paths)
+            goes_on = all(kept[robot].complete >= paths[robot].complete for robot in group)
+            if goes_on and _put_all(fleet, kept):
+                return True
+        found = coupled(fleet, group, self._places)
+        return found is not None and _put_all(fleet, found)
 
     def _straighten(self, fleet: Fleet, agents: Sequence[Agent], movable: Sequence[int]) -> None:
         """Let robots go straight from where they begin to a later place of their paths."""
@@ -328,6 +412,12 @@ class JointPlanner:
             np.vstack([self._other_end, ends.points, legs[:, 1]]),
         )
 
+    def _stay(self, fleet: Fleet, agents: Sequence[Agent]) -> None:
+        """Plan robots that cannot move."""
+        for robot, agent in enumerate(agents):
+            if agent.stays and fleet.paths[robot] is None:
+                fleet.put(robot, fleet.stand(robot))
+
     def _keep(
         self,
         fleet: Fleet,
@@ -336,13 +426,11 @@ class JointPlanner:
         order: Sequence[int],
     ) -> None:
         """Plan robots that stay, and those for which the plan before still holds."""
-        for robot, agent in enumerate(agents):
-            if agent.stays:
-                fleet.put(robot, fleet.stand(robot))
+        self._stay(fleet, agents)
         tables = dict(enumerate(before))
         for robot in order:
             table = tables.get(robot)
-            if table is not None and not agents[robot].stays:
+            if table is not None and fleet.paths[robot] is None:
                 path = self._kept(agents[robot], table)
                 if path is not None and fleet.fits(robot, path):
                     fleet.put(robot, path)
@@ -351,19 +439,25 @@ class JointPlanner:
 
     def _kept(self, agent: Agent, table: Timetable) -> Path | None:
         """Return the rest of the plan that a robot had, or None if it does not hold any more."""
+        path = self._rest(agent, table)
+        if path is None:
+            return None
+        if agent.start == agent.goal:
+            end = int(path.actions[-1]) - self._lanes
+            parks = end < self._count and bool(self.roadmap.may_park[end])
+            return path if len(path.actions) > 1 and parks else None
+        return path if path.complete or path.end >= RENEW * self.settings.horizon else None
+
+    def _rest(self, agent: Agent, table: Timetable) -> Path | None:
+        """Return the rest of the plan that a robot had; None if it cannot be driven any more."""
         if agent.start not in table.places:
             return None
         first = table.places.index(agent.start)
         places = table.places[first:]
-        if agent.start == agent.goal:
-            parks = places[-1] < self._count and bool(self.roadmap.may_park[places[-1]])
-            complete = len(places) > 1 and parks
-            holds = complete
-        else:
-            complete = places[-1] == agent.goal
-            holds = complete or table.arrives[-1] >= RENEW * self.settings.horizon
+        idle = agent.start == agent.goal
+        complete = idle or places[-1] == agent.goal
         lost = any(self._lane(pair) is None for pair in pairwise(places))
-        if not holds or lost or agent.ready > table.leaves[first] + LATE:
+        if lost or agent.ready > table.leaves[first] + LATE:
             return None
         left = 0.0
         if not complete:
@@ -371,7 +465,7 @@ class JointPlanner:
                 return None
             left = float(self._search(agent).times_from(agent.goal)[places[-1]])
         leaves = [max(table.leaves[first], agent.ready), *table.leaves[first + 1 :]]
-        stays = agent.dwell if complete and agent.start != agent.goal else math.inf
+        stays = agent.dwell if complete and not idle else math.inf
         return self._path(
             places, table.arrives[first:], leaves, left, complete=complete, stays=stays
         )
@@ -492,6 +586,17 @@ class _Blocked:
             free[k] = between < apart and segments_apart(*thing, *body) > between - ROUNDING
         found: Indices = near[~free]
         return found
+
+
+def _put_all(fleet: Fleet, paths: Mapping[int, Path]) -> bool:
+    """Plan robots; return whether their paths fit, else nothing changed."""
+    for number, (robot, path) in enumerate(paths.items()):
+        if not fleet.fits(robot, path):
+            for planned in [*paths][:number]:
+                fleet.take(planned)
+            return False
+        fleet.put(robot, path)
+    return True
 
 
 def _rank(agent: Agent, number: int) -> tuple[bool, float, int]:

@@ -106,6 +106,10 @@ class PathSearch:
     Attributes:
         motion: How the robots move.
         turns: Whether to turn or to stop costs time.
+        turn: What a bend costs: time to turn [s/rad], and to stop and drive on [s].
+        graph: The roadmap as the search sees it, with the ends of the plan.
+        origins: (a,) where each lane and leg begins, by the number of its action.
+        places: How many places the roadmap has.
         one_lane: Time to turn round and drive a lane of middling length [s].
     """
 
@@ -116,6 +120,8 @@ class PathSearch:
         self._turn = 1 / motion.yaw_rate
         self._stand = motion.speed / motion.acceleration
         self.turns = self._turn > 0 or self._stand > 0
+        self.turn = self._turn, self._stand
+        self.places = len(roadmap.places)
         lanes = roadmap.lanes
         self._from = np.ascontiguousarray(lanes[:, 0]).astype(np.intp)
         self._to = np.ascontiguousarray(lanes[:, 1]).astype(np.intp)
@@ -147,7 +153,7 @@ class PathSearch:
         way = self._things + places + np.arange(len(to))
         angles = _directions(np.vstack([roadmap.places, ends.points]), ends.legs)
         durations = self._driven(ends.lengths, ends.widths, ends.speeds)
-        self._graph = Graph(
+        self.graph = Graph(
             begins=np.concatenate([roadmap.begins, np.full(first, lanes)]).astype(np.intp),
             legs=np.searchsorted(self._leg_from, np.arange(places + 1)).astype(np.intp),
             first_leg=self._first_leg,
@@ -159,6 +165,9 @@ class PathSearch:
             durations=np.concatenate([self._durations, np.full(places, np.inf), durations]),
             may_stop=np.concatenate([roadmap.may_stop, np.ones(first, dtype=np.bool_)]),
         )
+        self.origins: Indices = np.concatenate(
+            [self._from, np.arange(places), self._leg_from]
+        ).astype(np.intp)
         self._parks = np.concatenate([roadmap.may_park, np.zeros(first, dtype=np.bool_)])
         self._goals: NDArray[np.bool_] = np.zeros(places, dtype=np.bool_)
         self._togo: dict[tuple[int, int], Array] = {}
@@ -183,14 +192,14 @@ class PathSearch:
         used = into if len(into) else out
         places = legs[used, 0] if len(into) else legs[used, 1]
         known = (places < len(self._roadmap.places)) & (
-            self._graph.durations[self._first_leg + used] < np.inf
+            self.graph.durations[self._first_leg + used] < np.inf
         )
         used = self._first_leg + used[known]
         turned = 0.0 if len(into) else math.pi
         return (
             places[known].astype(np.intp),
-            self._graph.durations[used],
-            self._graph.angles[used] + turned,
+            self.graph.durations[used],
+            self.graph.angles[used] + turned,
         )
 
     def _key(self, goal: int) -> Hashable:
@@ -260,16 +269,16 @@ class PathSearch:
             found[goal] = 0.0
             return found
         found[: len(self._from)] = self._times_by_lane(goal)
-        to = self._graph.to[self._first_leg :]
+        to = self.graph.to[self._first_leg :]
         found[self._first_leg : -1][to == goal] = 0.0
         for leg in np.flatnonzero((self._leg_from == start) & (to != goal)):
-            angle = float(self._graph.angles[self._first_leg + leg])
+            angle = float(self.graph.angles[self._first_leg + leg])
             found[self._first_leg + leg] = self._onwards(int(to[leg]), angle, found)
         return found
 
     def _onwards(self, place: int, heading: float, times: Array) -> float:
         """Return the time to the goal from a place at which a robot is with a heading [s]."""
-        graph = self._graph
+        graph = self.graph
         lanes = *graph[:3], *graph[6:9]
         return time_onwards(*lanes, times, place, heading, self._turn, self._stand)
 
@@ -282,6 +291,10 @@ class PathSearch:
     def alone(self, task: Task) -> float:
         """Return how long a robot takes to its goal from its start, alone [s]."""
         return 0.0 if task.goal < 0 else float(self.times(task)[-1])
+
+    def angle(self, action: int) -> float:
+        """Return the direction of a lane or leg [rad]."""
+        return float(self.graph.angles[action])
 
     def standing(self, place: int) -> int:
         """Return the number of the action to stand at a place."""
@@ -301,7 +314,7 @@ class PathSearch:
 
     def ways_of(self, actions: Indices) -> Indices:
         """Return the ways, as numbers of things, of what drives along lanes and legs."""
-        ways: Indices = self._graph.way[actions]
+        ways: Indices = self.graph.way[actions]
         return ways
 
     def find(
@@ -328,7 +341,7 @@ class PathSearch:
         """
         times = self.times(task)
         if only is not None:
-            nodes = np.append(self._graph.node[only], self._nodes)
+            nodes = np.append(self.graph.node[only], self._nodes)
             allowed = np.full_like(times, np.inf)
             allowed[nodes] = times[nodes]
             times = allowed
@@ -340,7 +353,7 @@ class PathSearch:
             horizon = math.inf  # however far it drives, it ends best where it is nearest
         space = self._workspace
         status, last = search(
-            *self._graph,
+            *self.graph,
             reservations.heads[size],
             reservations.spans,
             reservations.links,
@@ -366,7 +379,8 @@ class PathSearch:
             return None
         actions, spans = trace(space.times, space.links, last, len(self._from))
         if status == FOUND and task.goal >= 0:
-            spans[-1, 1] = spans[-1, 0] + dwell
+            # A robot that begins at its goal has been there for ever, and stays from now on.
+            spans[-1, 1] = max(spans[-1, 0], task.ready) + dwell
         left = 0.0 if status == FOUND else float(times[space.links[last, 5]])
         return Path(actions, spans, status == FOUND, left)
 

@@ -186,12 +186,12 @@ class PushingFleet(Fleet):
             mark = len(self._settled)
             stood = dict(self._stood)
             self.tasks[stuck] = task._replace(goal=refuge)
-            dwell, self._dwells[stuck] = self._dwells[stuck], math.inf
+            dwell, self.dwells[stuck] = self.dwells[stuck], math.inf
             # The other one needs some time to clear its start.
             self._stand_until(robot, self._until(robot, 0))
             out = self.find(stuck)
             self._get_up(robot)
-            self.tasks[stuck], self._dwells[stuck] = task, dwell
+            self.tasks[stuck], self.dwells[stuck] = task, dwell
             if out is None or not out.complete:
                 continue
             left = float(self.searches[stuck].times_from(task.goal)[refuge])

@@ -150,6 +150,35 @@ class Reservations:
         """Return who blocks any of some things (k,) during times (k, 2) [s]."""
         return np.unique(all_blockers(self.heads[size], self.spans, self.links, things, times))
 
+    def free_from(self, size: int) -> Array:
+        """Return from when on each thing is free for ever for robots of a size [s]."""
+        found: Array = last_blocked(self.heads[size], self.spans, self.links)
+        return found
+
+    def blocked(self, size: int, other: int, actions: Indices) -> tuple[Indices, Indices]:
+        """Return what robots of one size block for those of another one.
+
+        Args:
+            size: Number of the size of those that act.
+            other: Number of the size of the others.
+            actions: (k,) what they do; see `Conflicts`.
+
+        Returns:
+            Rows of `actions`, and what each of them blocks.
+        """
+        rows, things = [], []
+        fixed, more = self._conflicts[size][other]
+        for table, used in (
+            (fixed, np.flatnonzero(actions < len(fixed.begins) - 1)),
+            (more, np.arange(len(actions))),
+        ):
+            begins, ends = table.begins[actions[used]], table.begins[actions[used] + 1]
+            row = np.repeat(used, ends - begins)
+            within = np.arange(len(row)) - np.repeat(np.cumsum(ends - begins), ends - begins)
+            rows.append(row)
+            things.append(table.blocked[np.repeat(ends, ends - begins) + within])
+        return np.concatenate(rows), np.concatenate(things)
+
     def _grow(self, need: int) -> None:
         """Make room for this many spans more."""
         if self._free[0] + need > len(self.spans):
@@ -262,6 +291,18 @@ def first_blocked(
                 break
             at = links[at, 0]
     return when
+
+
+@compiled("float64[::1](int64[::1], float64[:, ::1], int64[:, ::1])")
+def last_blocked(heads: Indices, spans: Array, links: Indices) -> Array:
+    """Return from when on each thing is free for ever; see `Reservations.free_from`."""
+    free = np.full(len(heads), -np.inf)
+    for thing in range(len(heads)):
+        at = heads[thing]
+        while at >= 0:
+            free[thing] = max(free[thing], spans[at, 1])
+            at = links[at, 0]
+    return free
 
 
 @compiled("boolean(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], float64[:, ::1])")

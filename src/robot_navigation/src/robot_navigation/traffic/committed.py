@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.right_of_way import Announcement
 
 STANDS = 0.05  # a robot that claims less than this stands [m]
+STILL = 1.0  # so does one that has not moved for so long and claims less than `AT_GOAL` [s]
 AT_START = 0.2  # a robot this near to the first point of its course may yet begin it [m]
 AT_GOAL = 0.1  # a robot that has stopped this near to its goal is there [m]
 EXACT = 0.02  # a robot this near to a place is planned as if it stood there [m]
@@ -130,10 +131,13 @@ class Tracked:
         self.claim = _claim(said)  # at most what is left of its path [m]
         self.drive: Drive | None = None
         self.stands_since = said.time  # [s]
+        self._still = said.x, said.y, said.time  # where it is without moving, and since when [s]
         self.refuses_since: float | None = None  # [s]; None if it follows what it was given
 
     def hear(self, said: Announcement) -> None:
         """Take in what the robot announces."""
+        if math.dist(self._still[:2], (said.x, said.y)) > EXACT or said.time < self.said.time:
+            self._still = said.x, said.y, said.time
         self.said = said
         self.claim = _claim(said)
         if self.claim >= STANDS:
@@ -172,7 +176,8 @@ class Tracked:
         if said.plan.epoch != self.drive.plan.epoch:  # it has not begun
             return Committed(0, (here,), (-1,), 0.0, self.drive if self._is_fresh() else None)
         left = self.drive.after(said.passed)
-        if self.claim < STANDS:
+        is_still = said.time - self._still[2] >= STILL
+        if self.claim < (AT_GOAL if is_still else STANDS):
             return self._standing(left, here)
         wanted = self.claim + _speed(said) * LATENCY
         end = said.passed + round(PER_METRE * wanted)

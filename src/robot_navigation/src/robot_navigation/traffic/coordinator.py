@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from shapely.geometry import LineString
 
+from robot_navigation.mapf.coupled import REACH
 from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.joint_planner import (
     Agent,
@@ -32,7 +33,7 @@ from robot_navigation.traffic.right_of_way import GAP
 from robot_navigation.traffic.waits import Part, waits_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from hive_common.geometry import Array
     from robot_navigation.mapf.ends import Ends
@@ -98,6 +99,7 @@ class Coordinator:
         self._robots: dict[str, Tracked] = {}
         self._number = 0
         self._planned_at = -math.inf
+        self._groups: list[dict[str, Point | None]] = []
         self._take_roadmap(roadmap)
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
@@ -143,6 +145,51 @@ class Coordinator:
                 del self._robots[name]
         return self._plan(now)
 
+    def plan_together(self, robots: Collection[str]) -> None:
+        """Plan some robots in one search from now on, until each has left its present goal."""
+        near = [group for group in self._groups if self._are_near(group, robots)]
+        names = {*robots}.union(*near) & self._robots.keys()
+        self._join(names)
+        self.plan_anew(names)
+
+    def _join(self, robots: Iterable[str]) -> None:
+        """Make one group of some robots, and of the groups that they are in."""
+        joined = [group for group in self._groups if not group.keys().isdisjoint(robots)]
+        self._groups = [group for group in self._groups if group not in joined]
+        group = {name: self._robots[name].said.goal for name in sorted(robots)}
+        for each in joined:
+            group |= each
+        self._groups.append(group)
+
+    def _are_near(self, some: Iterable[str], others: Iterable[str]) -> bool:
+        """Return whether one of some robots is near one of others."""
+        one, two = (
+            [(r.said.x, r.said.y) for name in names if (r := self._robots.get(name)) is not None]
+            for names in (some, others)
+        )
+        return any(math.dist(a, b) <= REACH for a in one for b in two)
+
+    def plan_anew(self, robots: Iterable[str]) -> None:
+        """Forget the courses of robots, so that the next plan begins with what they claim."""
+        for name in robots:
+            known = self._robots.get(name)
+            if known is not None:
+                known.drive = None
+                self._planned_at = -math.inf
+
+    def plan_apart(self, robots: Collection[str]) -> None:
+        """Plan robots one after the other from now on, and all with which they were together."""
+        self._groups = [group for group in self._groups if group.keys().isdisjoint(robots)]
+
+    def groups(self) -> tuple[frozenset[str], ...]:
+        """Return who of each group that is planned in one search is on the way to its goal yet."""
+        return tuple(_under_way(group, self._robots) for group in self._groups)
+
+    def _together(self, numbers: Mapping[str, int]) -> list[list[int]]:
+        """Return the groups that are planned in one search, by the robots' numbers."""
+        self._groups = [group for group in self._groups if _under_way(group, self._robots)]
+        return [[numbers[name] for name in group if name in numbers] for group in self._groups]
+
     def waiting(self) -> list[Waiting]:
         """Return who waits for whom."""
         return [
@@ -168,12 +215,16 @@ class Coordinator:
             for robot, start, from_, to in zip(robots, begun, starts, goals, strict=True)
         ]
         before = self._before(robots, begun, asked)
+        names = [robot.said.name for robot, each in zip(robots, asked, strict=True) if each.agent]
         planned = self._planner.plan(
             [each.agent for each in asked if each.agent is not None],
             [table for each, table in zip(asked, before, strict=True) if each.agent is not None],
             [each.body for each in asked if each.agent is None] + self._obstacles(),
             ends,
+            self._together({name: number for number, name in enumerate(names)}),
         )
+        for robots_ in self._planner.coupled:
+            self._join([names[number] for number in robots_])
         timetables = iter(planned)
         tables = [None if each.agent is None else next(timetables) for each in asked]
         plan = PlanNumber(self._epoch, self._number)
@@ -440,13 +491,24 @@ def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetab
         places[-1] = agent.goal
     # Where an earlier course began between two places it goes straight on.
     kept = [index for index, place in enumerate(places) if place >= 0]
-    if len(kept) > 1 and math.dist(rest.points[0], rest.points[kept[1]]) < SHORT:
-        return None
+    while len(kept) > 1 and math.dist(rest.points[0], rest.points[kept[1]]) < SHORT:
+        if len(kept) == 2 and rest.complete:  # noqa: PLR2004  (only the goal is left)
+            return None
+        del kept[0]  # it waits where it is, and not a little farther on
     return Timetable(
-        places=tuple(places[index] for index in kept),
-        arrives=tuple(times.arrives[index] for index in kept),
+        places=(agent.start, *(places[index] for index in kept[1:])),
+        arrives=(times.arrives[0], *(times.arrives[index] for index in kept[1:])),
         leaves=(*(times.leaves[index] for index in kept[:-1]), math.inf),
         complete=rest.complete,
+    )
+
+
+def _under_way(group: Mapping[str, Point | None], robots: Mapping[str, Tracked]) -> frozenset[str]:
+    """Return who of a group has not left the goal yet with which it was put together."""
+    return frozenset(
+        name
+        for name, goal in group.items()
+        if goal is not None and name in robots and robots[name].said.goal == goal
     )
 
 

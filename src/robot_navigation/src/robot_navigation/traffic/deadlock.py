@@ -2,8 +2,9 @@
 """Finds robots that cannot go on, from what robots announce.
 
 Two things count as a lock. Robots *wait for each other in a circle*. Or a robot with a goal makes
-*no progress*: it has stayed near one place for 15 s. The chain of who waits for whom says
-why. It ends at a robot that does not go by itself, at one that drives, or at the robot itself.
+*no progress*: it has stayed near one place for 15 s, or has come nowhere new for 30 s, as one
+that drives back and forth does. The chain of who waits for whom says why. It ends at a robot that
+does not go by itself, at one that drives, or at the robot itself.
 
 How locks are resolved stands in `lock_resolver.py`.
 """
@@ -28,6 +29,7 @@ STANDS = 0.1  # a robot that moves less than this stands [m]
 PROGRESS = 0.5  # a robot with a goal that stays within this makes no progress [m]
 CIRCLE_AFTER = 2.0  # robots that stand in a circle for so long do not get out by themselves [s]
 NO_PROGRESS_AFTER = 15.0  # [s]
+NOTHING_NEW_AFTER = 30.0  # [s]
 OVERTAKEN_AFTER = 30.0  # in dense traffic robots wait for others that drive; this is too long [s]
 SILENT = 5.0  # a robot that is not heard for so long is not reckoned with [s]
 
@@ -71,24 +73,37 @@ class _Robot:
     stands_since: float  # [s]
     stayed_at: Point  # a place near which it has been since `stays_since`
     stays_since: float  # [s]
+    been: set[tuple[int, int]]  # the squares in which it was on the way to its goal
+    new_since: float  # when it came into the last of them [s]
 
     @classmethod
     def of(cls, said: Announcement) -> _Robot:
         here = (said.x, said.y)
-        return cls(said, here, said.time, here, said.time)
+        return cls(said, here, said.time, here, said.time, set(), said.time)
+
+    def gets_nowhere(self, now: float) -> bool:
+        """Return whether it has a goal to which it makes no progress."""
+        stays, nothing_new = now - self.stays_since, now - self.new_since
+        return stays > NO_PROGRESS_AFTER or nothing_new > NOTHING_NEW_AFTER
 
     def hear(self, said: Announcement) -> None:
         here = (said.x, said.y)
         if said.time < self.said.time or math.dist(here, self.stood_at) > STANDS:
             self.stood_at, self.stands_since = here, said.time
-        if (
+        begins = (
             said.time < self.said.time
             or said.goal is None
             or said.goal != self.said.goal
             or said.stationary
-            or math.dist(here, self.stayed_at) > PROGRESS
-        ):
+        )
+        if begins or math.dist(here, self.stayed_at) > PROGRESS:
             self.stayed_at, self.stays_since = here, said.time
+        square = math.floor(said.x / PROGRESS), math.floor(said.y / PROGRESS)
+        if begins:
+            self.been.clear()
+        if square not in self.been:
+            self.been.add(square)
+            self.new_since = said.time
         self.said = said
 
 
@@ -152,7 +167,7 @@ class LockWatch:
         stuck = [
             self._lock_of(name, robot, heard)
             for name, robot in sorted(heard.items())
-            if now - robot.stays_since > NO_PROGRESS_AFTER
+            if robot.gets_nowhere(now)
         ]
         stuck = [
             lock
@@ -221,5 +236,4 @@ def _kind(chain: list[str], heard: Mapping[str, _Robot]) -> Kind:
     last = heard.get(chain[-1])
     if last is None or last.said.goal is None or last.said.stationary:
         return Kind.BLOCKED
-    stays = last.said.time - last.stays_since > NO_PROGRESS_AFTER
-    return Kind.BLOCKED if stays else Kind.OVERTAKEN
+    return Kind.BLOCKED if last.gets_nowhere(last.said.time) else Kind.OVERTAKEN

@@ -3,10 +3,11 @@
 
 1. The planner forgets the courses of the robots that are locked, and plans anew for them: for all
    members of a circle, else for the robot that makes no progress.
-2. It does so again after `RETRY`, `TRIES` times in all.
-3. A lock that lasts all the same is left to the right of way: for `LEFT_ALONE` its robots get
-   routes without places. Such a robot drops its route, plans alone around what it sees, and moves
-   aside or asks others to. Then the rule begins anew.
+2. If the lock lasts for `RETRY`, or comes back, it plans these robots, and those for which they
+   wait, in one search, until they have left their goals.
+3. If it still lasts after `SEARCHED`, it is left to the right of way: for `LEFT_ALONE` its robots
+   get routes without places. Such a robot drops its route, plans alone around what it sees, and
+   moves aside or asks others to. Then the rule begins anew.
 
 So no robot stands for ever because one plan, made again and again, cannot be driven.
 """
@@ -21,7 +22,7 @@ from robot_navigation.traffic.coordinator import Coordinator, CoordinatorSetting
 from robot_navigation.traffic.deadlock import Kind, LockWatch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.mapf.route import Route
@@ -31,7 +32,11 @@ if TYPE_CHECKING:
 
 LOOK = 0.5  # time between two looks for locks [s]
 RETRY = 4.0  # a new plan gets so long to resolve a lock [s]
-TRIES = 2  # new plans before a lock is left to the right of way
+SEARCHED = 40.0  # and a plan that was made in one search so long [s]
+WAITS = (0.0, RETRY, SEARCHED)
+"""How long after the remedy before a lock gets the next one [s]: plans, a search, left alone."""
+
+COMES_BACK = 60.0  # a lock of a robot that had one so short a time ago has come back [s]
 LEFT_ALONE = 15.0  # how long its robots then go without routes [s]
 
 
@@ -40,10 +45,12 @@ class Remedy(NamedTuple):
 
     Attributes:
         plan_anew: The robots whose courses are forgotten now.
+        plan_together: Groups that are planned in one search from now on.
         left_alone: The robots that get no routes.
     """
 
     plan_anew: frozenset[str]
+    plan_together: tuple[frozenset[str], ...]
     left_alone: frozenset[str]
 
 
@@ -51,29 +58,48 @@ class LockResolver:
     """Remembers what was tried."""
 
     def __init__(self) -> None:
-        self._tries: dict[frozenset[str], tuple[int, float]] = {}  # and when the last one was [s]
+        self._tried: dict[str, tuple[int, float]] = {}  # how often, and when the last time [s]
         self._alone_until: dict[str, float] = {}  # [s]
 
-    def remedy(self, locks: Iterable[Lock], now: float) -> Remedy:
-        """Return what to do at a time [s] about all locks that there are."""
+    def remedy(
+        self, locks: Sequence[Lock], now: float, groups: Iterable[frozenset[str]] = ()
+    ) -> Remedy:
+        """Return what to do about all locks that there are.
+
+        Args:
+            locks: Of which each robot without progress is the first of one.
+            now: The time [s].
+            groups: Robots that are planned in one search now and have not got to their goals.
+        """
         self._alone_until = {
             name: until for name, until in self._alone_until.items() if until > now
         }
-        before, self._tries = self._tries, {}
-        anew = set[str]()
+        self._tried = {
+            name: (tries, last)
+            for name, (tries, last) in self._tried.items()
+            if now - last < COMES_BACK
+        }
+        stuck = set().union(*map(concerned, locks))
+        # While one of a group makes progress, the others wait for it as they are planned to.
+        at_work = set[str]().union(*(group for group in groups if group - stuck))
+        anew, together = set[str](), list[frozenset[str]]()
         for lock in locks:
             robots = concerned(lock)
-            tries, last = before.get(robots, (0, -math.inf))
-            if not self._alone_until.keys().isdisjoint(robots):
-                continue  # and once that is over, it is a new lock
-            if now - last >= RETRY:
-                if tries == TRIES:
-                    self._alone_until.update(dict.fromkeys(robots, now + LEFT_ALONE))
-                    continue
-                tries, last = tries + 1, now
+            if not at_work.isdisjoint(robots):
+                self._tried.update(dict.fromkeys(robots, (2, now)))
+                continue
+            tries, last = max(self._tried.get(name, (0, -math.inf)) for name in robots)
+            if not self._alone_until.keys().isdisjoint(robots) or now - last < WAITS[tries]:
+                continue
+            if tries == 0:
                 anew |= robots
-            self._tries[robots] = tries, last
-        return Remedy(frozenset(anew), frozenset(self._alone_until))
+            elif tries == 1:
+                together.append(frozenset(lock.robots))
+            else:
+                self._alone_until.update(dict.fromkeys(robots, now + LEFT_ALONE))
+            after = (tries + 1) % len(WAITS)
+            self._tried.update(dict.fromkeys(robots, (after, now)))
+        return Remedy(frozenset(anew), tuple(together), frozenset(self._alone_until))
 
 
 def concerned(lock: Lock) -> frozenset[str]:
@@ -115,20 +141,15 @@ class ResolvingCoordinator(Coordinator):
         """
         if not self._looked_at <= now < self._looked_at + LOOK:
             self._looked_at = now
-            remedy = self._resolver.remedy(self.watch.look(now), now)
+            remedy = self._resolver.remedy(self.watch.look(now), now, self.groups())
             self._left_alone = remedy.left_alone
-            self._plan_anew(remedy.plan_anew)
+            self.plan_anew(remedy.plan_anew)
+            for robots in remedy.plan_together:
+                self.plan_together(robots)
+            self.plan_apart(remedy.left_alone)
         return tuple(
             replace(route, places=(), waits=(), complete=False)
             if route.robot in self._left_alone
             else route
             for route in super().step(now)
         )
-
-    def _plan_anew(self, robots: Iterable[str]) -> None:
-        """Forget the courses of robots, so that the next plan begins with what they claim."""
-        for name in robots:
-            known = self._robots.get(name)
-            if known is not None:
-                known.drive = None
-                self._planned_at = -math.inf

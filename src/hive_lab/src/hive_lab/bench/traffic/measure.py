@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hive_lab.bench.kept_runs import KeptRuns
+from hive_lab.bench.traffic.adversarial import in_layouts
 from hive_lab.bench.traffic.fleets import chosen, of_fleets, with_faults
 from hive_lab.bench.traffic.grids import on_grids
 from hive_lab.bench.traffic.through_ros import through_ros
@@ -37,9 +38,12 @@ def run(
     people: int = 0,
     close: bool = False,
     ros: bool = False,
+    adversarial: int = 0,
     resume: Path | None = None,
 ) -> BenchResult:
     """Measure the planner alone on files, runs with faults, a hive on ROS, or simulated fleets.
+
+    Fleets drive in halls, or in small layouts that are hard for traffic.
 
     Args:
         connect: Opens the link to a hive.
@@ -54,6 +58,7 @@ def run(
         people: How many people walk about among each fleet.
         close: Whether a lane of each site closes for the middle third of the time.
         ros: Whether a hive on ROS drives, with the traffic planner and without.
+        adversarial: In how many small hard layouts a fleet drives.
         resume: Where the result of each run is kept, so that a long measurement can go on.
 
     Returns:
@@ -63,7 +68,10 @@ def run(
         hour and robot, the share that it `loses` of its throughput, contacts, goals given up, the
         longest stand of a robot with a goal [s], the locks that the traffic planner has found,
         processor time for a simulated second [s]. Of faults: contacts, the first seed with one (-1
-        if none), the longest stand [s]. Of a hive on ROS: see `through_ros`.
+        if none), the longest stand [s]. Of layouts: those `unsolved`, in which a robot did not get
+        to its goal within 300 s, the first seed that failed (-1 if none), contacts, the longest
+        stands and run [s], the locks that the traffic planner has found. Of a hive on ROS: see
+        `through_ros`.
 
     Raises:
         click.UsageError: Options do not go together.
@@ -78,6 +86,8 @@ def run(
     if ros:
         return through_ros(connect, minutes)
     kept = KeptRuns(resume)
+    if adversarial:
+        return in_layouts(adversarial, kept)
     if faults:
         return with_faults(faults, kept)
     fleets, trouble = chosen(site, robots), Trouble(people, close)
