@@ -11,7 +11,8 @@ import pytest
 
 from hive_lab.mapf.testing import grid_map, nearest, robot
 from robot_navigation.mapf import joint_planner
-from robot_navigation.mapf.joint_planner import Body, JointPlanner, PlannerSettings
+from robot_navigation.mapf.bodies import Body
+from robot_navigation.mapf.joint_planner import JointPlanner, PlannerSettings
 
 DWELL = 5.0
 TOGETHER = ((0, 1, 2),)

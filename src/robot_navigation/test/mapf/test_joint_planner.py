@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from hive_lab.mapf.testing import CELL, NEXT, grid_map, nearest, robot, where
+from robot_navigation.mapf.bodies import Body
 from robot_navigation.mapf.joint_planner import (
     Agent,
-    Body,
     JointPlanner,
     PlannerSettings,
     Timetable,

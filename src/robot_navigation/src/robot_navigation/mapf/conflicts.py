@@ -69,6 +69,27 @@ def classical_conflicts(roadmap: Roadmap) -> Conflicts:
     return Conflicts(begins.astype(np.intp), blocked.astype(np.intp))
 
 
+class Lines:
+    """Straight lines that are looked up by where they are.
+
+    Attributes:
+        lines: (k, 4) their ends, x, y, x, y, frame map [m].
+    """
+
+    def __init__(self, lines: Array) -> None:
+        self.lines = lines
+        self._order = _by_rows(lines)
+        self._sorted = np.ascontiguousarray(lines[self._order])
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def near(self, lines: Array, limits: Array) -> tuple[Indices, Indices]:
+        """Return which of some lines, (n, 4), are nearer than their limits, (n,) [m], to which."""
+        one, other = _nearer(np.ascontiguousarray(lines), self._sorted, limits)
+        return one, self._order[other]
+
+
 class SpatialConflicts:
     """The conflicts of robots on one roadmap that must stay some distance from each other."""
 
@@ -88,16 +109,19 @@ class SpatialConflicts:
         # A place is a lane of no length, so one calculation does for both.
         standing = np.hstack([roadmap.places, roadmap.places])
         things = np.vstack([np.hstack([begin[first], end[first]]), standing])
-        self._order = _by_rows(things)
-        self._lines = np.ascontiguousarray(things[self._order])
+        self._lines = Lines(things)
         self._users = np.full((self._things, 2), -1, dtype=np.intp)
         lanes = np.argsort(number, kind="stable")
         again = np.flatnonzero(np.diff(number[lanes], prepend=-1) == 0)
         self._users[number[lanes], 0] = lanes
         self._users[number[lanes[again]], 1] = lanes[again - 1]
         self._users[len(first) :, 0] = len(roadmap.lanes) + np.arange(len(roadmap.places))
-        near, blocked = _nearer(things, self._lines, self._limit)
-        self.fixed = _rows(near, self._order[blocked], self._users, self._actions)
+        near, blocked = self._near(things, self._lines)
+        self.fixed = _rows(near, blocked, self._users, self._actions)
+
+    def _near(self, lines: Array, others: Lines) -> tuple[Indices, Indices]:
+        """Return which lines (k, 4) are too near to which others."""
+        return others.near(lines, np.full(len(lines), self._limit))
 
     def with_ends(self, ends: Ends, places: Array, crowded: Indices) -> Conflicts:
         """Return what is more in a plan with ends.
@@ -112,11 +136,8 @@ class SpatialConflicts:
         standing = np.hstack([ends.points, ends.points])
         driving = np.hstack([places[ends.legs[:, 0]], places[ends.legs[:, 1]]])
         lines = np.vstack([standing, driving])
-        one, thing = _nearer(lines, self._lines, self._limit)
-        thing = self._order[thing]
-        order = _by_rows(lines)
-        mine, other = _nearer(lines, np.ascontiguousarray(lines[order]), self._limit)
-        other = order[other]
+        one, thing = self._near(lines, self._lines)
+        mine, other = self._near(lines, Lines(lines))
         if (crowded >= 0).any():
             begins = np.where(
                 np.arange(len(lines)) < count,
@@ -221,9 +242,53 @@ def _apart(
     )
 
 
-@compiled("Tuple((int64[::1], int64[::1]))(float64[:, ::1], float64[:, ::1], float64)")
-def _nearer(segments: Array, others: Array, limit: float) -> tuple[Indices, Indices]:
-    """Return which segments (k, 4) are nearer than `limit` [m] to which others.
+@compiled("float64(float64, float64, float64, float64, float64, float64)")
+def _squared(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the square of the distance of a point from a segment ab [m^2]."""
+    along_x, along_y = bx - ax, by - ay
+    squared = along_x * along_x + along_y * along_y
+    share = 0.0
+    if squared > 0:
+        share = min(1.0, max(0.0, ((x - ax) * along_x + (y - ay) * along_y) / squared))
+    off_x, off_y = x - ax - share * along_x, y - ay - share * along_y
+    return off_x * off_x + off_y * off_y
+
+
+@compiled(
+    "boolean(float64, float64, float64, float64, float64, float64, float64, float64, float64)"
+)
+def _are_near(
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    cx: float,
+    cy: float,
+    dx: float,
+    dy: float,
+    limit: float,
+) -> bool:
+    """Return whether segments ab and cd are nearer to each other than `limit` [m]."""
+    if max(ay, by) + limit < min(cy, dy) or max(cy, dy) + limit < min(ay, by):
+        return False
+    if max(ax, bx) + limit < min(cx, dx) or max(cx, dx) + limit < min(ax, bx):
+        return False
+    enough = limit * limit
+    return (
+        _squared(ax, ay, cx, cy, dx, dy) < enough
+        or _squared(bx, by, cx, cy, dx, dy) < enough
+        or _squared(cx, cy, ax, ay, bx, by) < enough
+        or _squared(dx, dy, ax, ay, bx, by) < enough
+        or (
+            _side(ax, ay, bx, by, cx, cy) * _side(ax, ay, bx, by, dx, dy) < 0
+            and _side(cx, cy, dx, dy, ax, ay) * _side(cx, cy, dx, dy, bx, by) < 0
+        )
+    )
+
+
+@compiled("Tuple((int64[::1], int64[::1]))(float64[:, ::1], float64[:, ::1], float64[::1])")
+def _nearer(segments: Array, others: Array, limits: Array) -> tuple[Indices, Indices]:
+    """Return which segments (k, 4) are nearer than their limits (k,) [m] to which others.
 
     The others are ordered by the rows, `ROW` high, and by the x of their middles.
     """
@@ -237,6 +302,7 @@ def _nearer(segments: Array, others: Array, limit: float) -> tuple[Indices, Indi
     first, second = np.empty(size, np.int64), np.empty(size, np.int64)
     for i in range(len(segments)):
         ax, ay, bx, by = segments[i]
+        limit = limits[i]
         reach = abs(ax - bx) / 2 + wide + limit
         up = abs(ay - by) / 2 + high + limit
         x, y = (ax + bx) / 2, (ay + by) / 2
@@ -246,7 +312,7 @@ def _nearer(segments: Array, others: Array, limit: float) -> tuple[Indices, Indi
             k = begin + np.searchsorted(middles[begin:end], x - reach)
             while k < end and middles[k] <= x + reach:
                 cx, cy, dx, dy = others[k]
-                if _apart(ax, ay, bx, by, cx, cy, dx, dy, limit) < limit:
+                if _are_near(ax, ay, bx, by, cx, cy, dx, dy, limit):
                     if found == size:
                         size *= 2
                         first = np.concatenate((first, np.empty_like(first)))

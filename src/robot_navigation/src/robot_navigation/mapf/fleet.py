@@ -76,6 +76,7 @@ class Fleet:
         self._budget = 0
         self._nobody = Reservations.like(reservations)
         self._ideals: dict[int, Path | None] = {}
+        self._alone: dict[int, float] = {}  # how long each robot takes to its goal, alone [s]
         self._settled: list[int] = []
         self._sizes = np.array(sizes, dtype=np.intp)
         starts = zip(tasks, searches, strict=True)
@@ -107,6 +108,8 @@ class Fleet:
         for robot, path in enumerate(self.paths):
             if path is not None:
                 self.take(robot)
+            self._get_up(robot)
+        self.habits.clear()
 
     def fits(self, robot: int, path: Path) -> bool:
         """Return whether a path meets none of the others."""
@@ -192,15 +195,19 @@ class Fleet:
         task = self.tasks[robot]
         if task.goal < 0:
             return 0.0
-        return max(self.cost(robot) - task.ready - self.searches[robot].alone(task), 0.0)
+        if robot not in self._alone:
+            self._alone[robot] = self.searches[robot].alone(task)
+        return max(self.cost(robot) - task.ready - self._alone[robot], 0.0)
 
     def hinder(self, robot: int) -> list[int]:
         """Return who is in a robot's way if it goes as if it were alone."""
         if robot not in self._ideals:
             self._ideals[robot] = self._found(robot, self._nobody)
         path = self._ideals[robot]
-        if path is None:
-            return []
+        return [] if path is None else self.blockers(robot, path)
+
+    def blockers(self, robot: int, path: Path) -> list[int]:
+        """Return who is in a robot's way on a path."""
         things, times = self._needs(robot, path)
         found = self.reservations.blockers(self.sizes[robot], things, times)
         # Bodies have numbers behind those of the robots, and full zones negative ones.

@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robot_navigation.mapf.bodies import Body, Things
 from robot_navigation.mapf.conflicts import (
     Conflicts,
+    Lines,
     SpatialConflicts,
     classical_conflicts,
     ways,
@@ -28,20 +30,16 @@ from robot_navigation.mapf.neighbourhood_search import improve
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
 from robot_navigation.mapf.pushing import PushingFleet
 from robot_navigation.mapf.reservations import Reservations
-from robot_navigation.mapf.segments import segments_apart, segments_near
 from robot_navigation.mapf.zone_counts import ZoneCounts
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.ends import Ends
     from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.roadmap import Roadmap
-    from robot_navigation.planning.path import Point
 
 RENEW = 0.5  # a path that ends before this share of the horizon, and not at the goal, is made anew
-ROUNDING = 1e-6  # [m]
 MOST_TOGETHER = 8  # robots of one search; its effort is exponential in their number
 LATE = 0.05  # a robot that is this late still has the plan that it had [s]
 
@@ -77,18 +75,6 @@ class Agent:
     stays: bool = False
     dwell: float = math.inf
     body: tuple[tuple[float, float, float], ...] = ()
-
-
-class Body(NamedTuple):
-    """What takes up space off the roadmap.
-
-    Attributes:
-        radius: Of the circle around it [m].
-        track: x, y [m, frame map], and when it has left each point behind [s].
-    """
-
-    radius: float
-    track: tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -154,9 +140,8 @@ class JointPlanner:
         self._ways = ways(roadmap)
         self._lanes, self._count = len(roadmap.lanes), len(roadmap.places)
         first = np.unique(self._ways, return_index=True)[1]
-        ends = roadmap.places[roadmap.lanes[first]]
-        self._one_end = np.ascontiguousarray(np.vstack([ends[:, 0], roadmap.places]))
-        self._other_end = np.ascontiguousarray(np.vstack([ends[:, 1], roadmap.places]))
+        ways_ = roadmap.places[roadmap.lanes[first]].reshape(-1, 4)
+        self._known = Lines(np.vstack([ways_, np.hstack([roadmap.places, roadmap.places])]))
         self._lane_of = {(int(p), int(q)): k for k, (p, q) in enumerate(roadmap.lanes)}
         self._conflicts: dict[float, SpatialConflicts] = {}
         self._classical: tuple[Conflicts, Conflicts] | None = None
@@ -198,13 +183,12 @@ class JointPlanner:
         fixed = {robot for robot in order if agents[robot].stays}
         before = [*before, *[None] * (len(agents) - len(before))]
         groups = [sorted({*group} - fixed, key=order.index) for group in together]
-        together_ = self._coupled(agents, before, bodies, order, [each for each in groups if each])
-        self.coupled = ()
-        if together_ is None:
-            fleet = self._one_by_one(agents, before, bodies, order, fixed)
-        else:
-            fleet, self.coupled = together_
-            fixed = fixed.union(*self.coupled)
+        fleet = self._fleet(agents, bodies)
+        groups = [group for group in groups if group]
+        self.coupled = self._settle_groups(fleet, agents, before, order, groups)
+        fixed = fixed.union(*self.coupled)
+        if not self.coupled:
+            self._settle(fleet, agents, before, order, fixed)
         # Bodies may keep a robot from getting out of the way; it waits for the next plan.
         for robot, path in enumerate(fleet.paths):
             if path is None:
@@ -216,59 +200,58 @@ class JointPlanner:
         paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
 
-    def _one_by_one(
+    def _settle(
         self,
+        fleet: PushingFleet,
         agents: Sequence[Agent],
         before: Sequence[Timetable | None],
-        bodies: Sequence[Body],
         order: Sequence[int],
         fixed: Collection[int],
-    ) -> PushingFleet:
-        """Return all robots, planned one after the other, but for those that cannot move."""
-        fleet = self._fleet(agents, bodies)
+    ) -> None:
+        """Plan all robots one after the other, but for those that cannot move."""
         self._keep(fleet, agents, before, order)
-        if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
-            # Those for whom there was no place are planned anew, and if need be all of them.
-            contested = fleet.contested
-            fleet = self._fleet(agents, bodies)
-            kept = [None if robot in contested else table for robot, table in enumerate(before)]
-            self._keep(fleet, agents, kept, order)
-            if not fleet.settle_all(order):
-                fleet = self._fleet(agents, bodies)
-                self._keep(fleet, agents, (), order)
-                fleet.settle_all(order)
-        return fleet
+        if fleet.settle_freely(order, fixed) or self._step_by_step(fleet, agents):
+            return
+        # Those for whom there was no place are planned anew, and if need be all of them.
+        kept = [None if k in fleet.contested else table for k, table in enumerate(before)]
+        self._keep(fleet, agents, kept, order)
+        if fleet.settle_all(order):
+            return
+        self._keep(fleet, agents, before, order)
+        if fleet.settle_freely(order, fixed, partly=True):
+            return
+        self._keep(fleet, agents, (), order)
+        fleet.settle_all(order)
 
-    def _coupled(
+    def _settle_groups(
         self,
+        fleet: PushingFleet,
         agents: Sequence[Agent],
         before: Sequence[Timetable | None],
-        bodies: Sequence[Body],
         order: Sequence[int],
         groups: Sequence[Sequence[int]],
-    ) -> tuple[PushingFleet, Sequence[Sequence[int]]] | None:
-        """Return all robots, planned with groups in one search each, and the groups.
+    ) -> Sequence[Sequence[int]]:
+        """Plan all robots, with groups in one search each, and return the groups.
 
-        Groups grow as in independence detection (Standley, AAAI 2010).
+        They grow as in independence detection (Standley, AAAI 2010).
 
         Returns:
-            None if there is no group, or no plan in which one gets through.
+            Nothing if there is no group, or no plan in which one gets through.
         """
         while groups and max(map(len, groups)) <= MOST_TOGETHER:
-            fleet = self._fleet(agents, bodies)
-            fixed = {robot for robot in order if agents[robot].stays}
+            fleet.forget()
             self._stay(fleet, agents)
             more: Collection[int] = ()
             if all(self._put_together(fleet, agents, before, group) for group in groups):
-                fixed.update(*groups)
-                self._keep(fleet, agents, before, order)
+                fixed = {robot for robot in order if agents[robot].stays}.union(*groups)
+                self._keep_more(fleet, agents, before, order)
                 if fleet.settle_freely(order, fixed):
-                    return fleet, groups
+                    return groups
                 more = fleet.contested - fixed
             if not more and len(groups) == 1:
-                return None
+                break
             groups = [[*chain.from_iterable(groups), *sorted(more)]]
-        return None
+        return ()
 
     def _put_together(
         self,
@@ -345,7 +328,7 @@ class JointPlanner:
         searches = [self._search(agent) for agent in agents]
         radii = sorted({agent.radius for agent in agents})
         reservations = Reservations(
-            len(self._one_end) + len(self._ends.points) + len(self._ends.legs),
+            len(self._known) + len(self._ends.points) + len(self._ends.legs),
             [[self._conflict(one, other, agents) for other in radii] for one in radii],
         )
         tasks = []
@@ -366,27 +349,30 @@ class JointPlanner:
         )
         fleet.counts = self._counts(reservations)
         if not settings.classical:
-            blocked = _Blocked(self._lines(), self._ends, self._count, len(self._one_end), agents)
-            moving = [Body(agent.radius, agent.body) for agent in agents]
-            for number, body in enumerate([*moving, *bodies]):
-                who = number if number < len(agents) else -1
-                for size, radius in enumerate(radii):
-                    apart = body.radius + radius + settings.gap
-                    for here, after in list(pairwise(body.track)) or [(p, p) for p in body.track]:
-                        things = blocked.by(here[:2], after[:2], apart, who)
-                        fleet.reservations.block(
-                            len(agents) + number, size, things, -math.inf, after[2]
-                        )
-                    if fleet.counts is not None and who < 0:
-                        fleet.counts.stay(len(agents) + number, things, after[2])
+            self._block(fleet, agents, bodies, radii)
         return fleet
+
+    def _block(
+        self, fleet: Fleet, agents: Sequence[Agent], bodies: Sequence[Body], radii: Sequence[float]
+    ) -> None:
+        """Reserve what robots until they begin, and all bodies, block for robots of each size."""
+        starts = np.array([agent.start for agent in agents], dtype=np.intp)
+        things = Things(self._known, self._count, self._ends, self._places, starts)
+        all_ = [*(Body(agent.radius, agent.body) for agent in agents), *bodies]
+        for size, radius in enumerate(radii):
+            for each in things.blocked(all_, radius, self.settings.gap):
+                who = len(agents) + each.body
+                fleet.reservations.block(who, size, each.things, -math.inf, each.until)
+                last = all_[each.body].track[-1][2]
+                if fleet.counts is not None and each.body >= len(agents) and each.until == last:
+                    fleet.counts.stay(who, each.things, each.until)
 
     def _counts(self, reservations: Reservations) -> ZoneCounts | None:
         """Return what counts robots in zones with a limit; None without such zones."""
         limits = self.roadmap.limits
         if not limits:
             return None
-        ways = len(self._one_end) - self._count
+        ways = len(self._known) - self._count
         more = {each.name: each for each in self._ends.limits}
         first_leg, first_way = self._lanes + len(self._places), ways + len(self._places)
         none = np.empty(0, dtype=np.intp)
@@ -403,15 +389,6 @@ class JointPlanner:
             actions.append(np.concatenate([limit.lanes, self._lanes + places, first_leg + legs]))
         return ZoneCounts(reservations, things, actions, [limit.robots for limit in limits])
 
-    def _lines(self) -> tuple[Array, Array]:
-        """Return the ends of all things that are reserved, (k, 2) each, frame map [m]."""
-        ends = self._ends
-        legs = self._places[ends.legs]
-        return (
-            np.vstack([self._one_end, ends.points, legs[:, 0]]),
-            np.vstack([self._other_end, ends.points, legs[:, 1]]),
-        )
-
     def _stay(self, fleet: Fleet, agents: Sequence[Agent]) -> None:
         """Plan robots that cannot move."""
         for robot, agent in enumerate(agents):
@@ -425,8 +402,19 @@ class JointPlanner:
         before: Sequence[Timetable | None],
         order: Sequence[int],
     ) -> None:
-        """Plan robots that stay, and those for which the plan before still holds."""
+        """Plan robots that stay, and those for which the plan before still holds; no others."""
+        fleet.forget()
         self._stay(fleet, agents)
+        self._keep_more(fleet, agents, before, order)
+
+    def _keep_more(
+        self,
+        fleet: Fleet,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None],
+        order: Sequence[int],
+    ) -> None:
+        """Plan those robots for which the plan before still holds."""
         tables = dict(enumerate(before))
         for robot in order:
             table = tables.get(robot)
@@ -532,60 +520,6 @@ class JointPlanner:
                 crowded[agent.start - self._count] = number
         found = self._conflicts[apart]
         return found.fixed, found.with_ends(self._ends, self._places, crowded)
-
-
-class _Blocked:
-    """Finds what bodies block; where they are too near to a start, its robot may leave them."""
-
-    def __init__(
-        self,
-        lines: tuple[Array, Array],
-        ends: Ends,
-        places: int,
-        known: int,
-        agents: Sequence[Agent],
-    ) -> None:
-        """Take all things.
-
-        Args:
-            lines: Their ends.
-            ends: Of the plan.
-            places: How many the roadmap has.
-            known: How many things it has.
-            agents: The robots.
-        """
-        self._one, self._other = lines
-        self._ways = known - places
-        self._owner = np.full(len(self._one), -1, dtype=np.intp)
-        self._starts = np.array([agent.start for agent in agents], dtype=np.intp)
-        by_place = np.full(places + len(ends.points), -1, dtype=np.intp)
-        by_place[self._starts] = np.arange(len(agents))
-        count = len(ends.points)
-        self._owner[known : known + count] = by_place[places:]
-        self._owner[known + count :] = by_place[ends.legs[:, 0]]
-        self._owner[known + count :][ends.legs[:, 0] < places] = -1
-        self._stands = self._ways + self._starts
-
-    def by(self, here: Point, after: Point, apart: float, who: int) -> Indices:
-        """Return what a body blocks on its way.
-
-        Args:
-            here: Where its way begins, frame map [m].
-            after: Where it ends.
-            apart: How near others may not come [m].
-            who: The robot whose body it is; -1 for none.
-        """
-        near = segments_near(self._one, self._other, np.array([here, after]), apart)
-        free = np.isin(near, self._stands)
-        owner = self._owner[near]
-        for k in np.flatnonzero((owner >= 0) & (owner != who) & ~free):
-            begin = self._one[self._stands[owner[k]]]
-            body = np.array(here), np.array(after)
-            between = segments_apart(begin, begin, *body)
-            thing = self._one[near[k]], self._other[near[k]]
-            free[k] = between < apart and segments_apart(*thing, *body) > between - ROUNDING
-        found: Indices = near[~free]
-        return found
 
 
 def _put_all(fleet: Fleet, paths: Mapping[int, Path]) -> bool:

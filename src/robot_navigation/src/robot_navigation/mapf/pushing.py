@@ -45,12 +45,19 @@ class PushingFleet(Fleet):
     """Robots that are planned one after the other; see the module.
 
     Attributes:
-        contested: Those of which one found no way past another.
+        contested: Those of which one found no way past another, since all plans were forgotten.
     """
 
     contested: frozenset[int] = frozenset()
 
-    def settle_freely(self, order: Sequence[int], fixed: Collection[int]) -> bool:
+    def forget(self) -> None:
+        """Forget all plans, and who was contested."""
+        super().forget()
+        self.contested = frozenset()
+
+    def settle_freely(
+        self, order: Sequence[int], fixed: Collection[int], *, partly: bool = False
+    ) -> bool:
         """Plan robots in some order as if those that are not planned yet were not there.
 
         One that finds no way to its goal takes out whoever is in its way, and goes before them.
@@ -58,6 +65,8 @@ class PushingFleet(Fleet):
         Args:
             order: In which they are planned.
             fixed: Those that may not be taken out.
+            partly: Whether one goes as far as it can, and the others keep their paths, when that
+                was tried often enough.
 
         Returns:
             Whether there is a plan for all; where there are many robots, there may be none.
@@ -65,16 +74,17 @@ class PushingFleet(Fleet):
         waiting = deque(robot for robot in order if self.paths[robot] is None)
         bumps = dict.fromkeys(order, 0)
         left = BUMPS * len(waiting)
+        last = -len(order) if partly else 0
         while waiting:
             robot = waiting.popleft()
             path = self.find(robot)
-            others: list[int] = []
-            if not self._satisfies(robot, path):
-                others = [other for other in self.hinder(robot) if other not in fixed]
-                self.contested |= {robot, *others}
+            others: Collection[int] = ()
+            tries = left > 0 or not partly
+            if path is None or (tries and not self._satisfies(robot, path)):
+                others = self._bumped(robot, path, fixed)
             if others:
                 left -= 1
-                if left < 0:
+                if left < last:
                     return False
                 bumps[robot] += 1
                 for other in others:
@@ -85,6 +95,18 @@ class PushingFleet(Fleet):
                 return False
             self.put(robot, path)
         return True
+
+    def _bumped(self, robot: int, path: Path | None, fixed: Collection[int]) -> set[int]:
+        """Return whom a robot takes out that gets, by its best path, not as far as it wants to.
+
+        Those in its way, and those that drive through where it is if it cannot go anywhere.
+        """
+        others = {*self.hinder(robot)}
+        if path is None:
+            others |= {*self.blockers(robot, self.stand(robot))}
+        others -= {*fixed}
+        self.contested |= {robot, *others}
+        return others
 
     def _satisfies(self, robot: int, path: Path | None) -> bool:
         """Return whether a path leads to a robot's goal or up to the horizon."""

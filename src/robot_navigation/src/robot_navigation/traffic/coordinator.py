@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from shapely.geometry import LineString
 
+from robot_navigation.mapf.bodies import Body
 from robot_navigation.mapf.coupled import REACH
 from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.joint_planner import (
     Agent,
-    Body,
     JointPlanner,
     PlannerSettings,
     Timetable,
