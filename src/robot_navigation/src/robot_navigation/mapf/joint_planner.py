@@ -217,9 +217,6 @@ class JointPlanner:
         self._keep(fleet, agents, kept, order)
         if fleet.settle_all(order):
             return
-        self._keep(fleet, agents, before, order)
-        if fleet.settle_freely(order, fixed, partly=True):
-            return
         self._keep(fleet, agents, (), order)
         fleet.settle_all(order)
 

@@ -55,9 +55,7 @@ class PushingFleet(Fleet):
         super().forget()
         self.contested = frozenset()
 
-    def settle_freely(
-        self, order: Sequence[int], fixed: Collection[int], *, partly: bool = False
-    ) -> bool:
+    def settle_freely(self, order: Sequence[int], fixed: Collection[int]) -> bool:
         """Plan robots in some order as if those that are not planned yet were not there.
 
         One that finds no way to its goal takes out whoever is in its way, and goes before them.
@@ -65,8 +63,6 @@ class PushingFleet(Fleet):
         Args:
             order: In which they are planned.
             fixed: Those that may not be taken out.
-            partly: Whether one goes as far as it can, and the others keep their paths, when that
-                was tried often enough.
 
         Returns:
             Whether there is a plan for all; where there are many robots, there may be none.
@@ -74,17 +70,15 @@ class PushingFleet(Fleet):
         waiting = deque(robot for robot in order if self.paths[robot] is None)
         bumps = dict.fromkeys(order, 0)
         left = BUMPS * len(waiting)
-        last = -len(order) if partly else 0
         while waiting:
             robot = waiting.popleft()
             path = self.find(robot)
             others: Collection[int] = ()
-            tries = left > 0 or not partly
-            if path is None or (tries and not self._satisfies(robot, path)):
+            if not self._satisfies(robot, path):
                 others = self._bumped(robot, path, fixed)
             if others:
                 left -= 1
-                if left < last:
+                if left < 0:
                     return False
                 bumps[robot] += 1
                 for other in others:
