@@ -12,7 +12,7 @@ import pytest
 from hive_lab.mapf.testing import grid_map, nearest, robot
 from robot_navigation.mapf import joint_planner
 from robot_navigation.mapf.bodies import Body
-from robot_navigation.mapf.joint_planner import JointPlanner, PlannerSettings
+from robot_navigation.mapf.joint_planner import JointPlanner, PlannerSettings, Timetable
 
 DWELL = 5.0
 TOGETHER = ((0, 1, 2),)
@@ -189,3 +189,41 @@ def test_a_large_robot_takes_no_lane_that_only_a_small_one_fits():
     assert large.complete
     assert small.complete
     assert (number[0, 0], number[0, 1]) != large.places[:2]
+
+
+def ring(**more):
+    """Return a robot that drives from one corner of a ring to the next, and the long way round."""
+    roadmap, number = grid_map(["...", ".#.", "..."], **more)
+    long_way = tuple(
+        number[cell] for cell in ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2))
+    )
+    return roadmap, number, robot(number[0, 0], number[0, 2]), long_way
+
+
+def test_a_group_goes_round_what_stays_in_the_way_for_ever():
+    roadmap, number, agent, long_way = ring()
+    standing = robot(number[0, 1], number[0, 1], stays=True)
+
+    table, _ = JointPlanner(roadmap).plan([agent, standing], together=((0,),))
+
+    assert table.places == long_way
+
+
+def test_a_group_stops_nowhere_where_nobody_may():
+    stop = np.ones(8, dtype=bool)
+    stop[1] = False
+    roadmap, _, agent, long_way = ring(stop=stop)
+
+    (table,) = JointPlanner(roadmap).plan([agent], together=((0,),))
+
+    assert table.places == long_way
+
+
+def test_a_group_keeps_a_plan_that_holds_though_there_is_a_shorter_one():
+    roadmap, _, agent, long_way = ring()
+    times = tuple(2.0 * k for k in range(len(long_way)))
+    before = Timetable(long_way, times, (*times[:-1], math.inf), complete=True)
+
+    (table,) = JointPlanner(roadmap).plan([agent], [before], together=((0,),))
+
+    assert table.places == long_way

@@ -17,6 +17,7 @@ from robot_navigation.mapf.joint_planner import (
     PlannerSettings,
     Timetable,
 )
+from robot_navigation.mapf.pushing import PushingFleet
 from robot_navigation.mapf.roadmap import Limit
 
 OPEN = ["........"] * 6
@@ -253,6 +254,25 @@ def test_a_robot_whose_goal_is_taken_for_ever_ends_near_it():
 
     assert not first.complete
     assert first.places[-1] == number[0, 4]
+
+
+@pytest.mark.parametrize("seed", [14, 20, 21, 48])
+def test_a_robot_that_others_drive_over_costs_nobody_else_the_plan(monkeypatch, seed):
+    def all_anew(*_):
+        raise AssertionError("the fleet is planned anew")
+
+    monkeypatch.setattr(PushingFleet, "settle_all", all_anew)
+    roadmap, _ = grid_map(AISLES)
+    chance = random.Random(seed)
+    starts, goals = (chance.sample(range(len(roadmap.places)), 10) for _ in range(2))
+    agents = [
+        robot(start, goal, heading=chance.uniform(-3, 3), priority=k)
+        for k, (start, goal) in enumerate(zip(starts, goals, strict=True))
+    ]
+
+    tables = JointPlanner(roadmap).plan(agents)
+
+    assert nearest(roadmap, agents, tables) >= 0.1 - 1e-6
 
 
 def test_robots_that_cannot_move_stand_still():

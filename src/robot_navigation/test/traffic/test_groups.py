@@ -10,11 +10,15 @@ import numpy as np
 import pytest
 
 from hive_common.grid_map import GridMap
+from hive_lab.mapf.testing import robot
 from robot_navigation.mapf.coupled import REACH
+from robot_navigation.mapf.joint_planner import Timetable
 from robot_navigation.mapf.roadmap_builder import build_roadmap
+from robot_navigation.mapf.route import NO_PLAN
 from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.traffic.committed import AT_GOAL, STANDS, STILL, Tracked
-from robot_navigation.traffic.coordinator import Coordinator
+from robot_navigation.traffic.committed import AT_GOAL, STANDS, STILL, Drive, Tracked
+from robot_navigation.traffic.coordinator import Coordinator, _timetable
+from robot_navigation.traffic.retiming import Times
 from robot_navigation.traffic.right_of_way import Announcement, no_right
 
 LANE = 1.3  # width of a lane for one robot [m]
@@ -67,6 +71,21 @@ def test_a_group_takes_in_who_is_in_its_way_and_lasts_until_all_have_left_their_
     assert lane.groups() == ()
 
 
+def test_two_robots_with_the_same_goal_get_there_one_after_the_other(lane):
+    goal = (5.2, 0.85)
+    for name in "ab":
+        lane.hear(at(name, goal, time=0.1))
+    lane.plan_together({"a", "b"})
+
+    routes = {route.robot: route for route in lane.step(0.1)}
+
+    assert lane._planner.coupled  # noqa: SLF001  (that the search has found it)
+    assert lane.groups() == (frozenset("ab"),)
+    assert courses(lane)["a"] == courses(lane)["b"] == pytest.approx(goal)
+    assert routes["a"].complete
+    assert routes["b"].complete
+
+
 def test_groups_near_each_other_become_one_and_others_do_not(lane):
     far = (STARTS["b"][0] + REACH + 2.0, 0.85)
     lane.hear(at("d", (30.0, 0.85), where=far))
@@ -100,15 +119,47 @@ def test_a_robot_that_has_stopped_just_before_the_end_of_its_route_stands(lane):
     (route,) = (r for r in lane.step(1.0) if r.robot == "a")
     claim = (STANDS + AT_GOAL) / 2
     short = replace(said, plan=route.plan, claim=claim, path=((7.0, 0.85), (7.0 - claim, 0.85)))
-    robot = Tracked(short)
-    robot.give(lane._robots["a"].drive)  # noqa: SLF001  (what it was given)
+    tracked = Tracked(short)
+    tracked.give(lane._robots["a"].drive)  # noqa: SLF001  (what it was given)
 
-    robot.hear(replace(short, time=STILL - 0.1))
-    assert robot.committed(STILL - 0.1).ahead > 0.0
-    robot.hear(replace(short, time=STILL))
-    assert robot.committed(STILL).ahead == 0.0
+    tracked.hear(replace(short, time=STILL - 0.1))
+    assert tracked.committed(STILL - 0.1).ahead > 0.0
+    tracked.hear(replace(short, time=STILL))
+    assert tracked.committed(STILL).ahead == 0.0
 
     moved = replace(short, time=STILL + 0.1, x=7.0 - 0.03)
-    robot.hear(moved)
-    assert robot.committed(STILL + 0.1).ahead > 0.0
-    assert math.isfinite(robot.committed(STILL + 0.1).ahead)
+    tracked.hear(moved)
+    assert tracked.committed(STILL + 0.1).ahead > 0.0
+    assert math.isfinite(tracked.committed(STILL + 0.1).ahead)
+
+
+@pytest.mark.parametrize("complete", [False, True])
+def test_a_robot_waits_where_it_stands_and_not_a_little_farther_on(complete):
+    rest = drive(((0.0, 0.0), (0.05, 0.0), (1.0, 0.0)), (-1, 3, 4), complete=complete)
+    times = Times((0.0, 0.1, 9.0), (0.05, 7.0, math.inf))
+
+    table = _timetable(rest, times, robot(10, 4), 10)
+
+    assert table == Timetable((10, 4), (0.0, 9.0), (7.0, math.inf), complete=complete)
+
+
+def test_a_course_of_which_nothing_is_left_but_the_goal_is_planned_anew():
+    rest = drive(((0.0, 0.0), (0.05, 0.0)), (-1, 4), complete=True)
+
+    assert _timetable(rest, Times((0.0, 0.1), (0.05, math.inf)), robot(10, 4), 10) is None
+
+
+def drive(points, places, *, complete):
+    """Return what is left of a course."""
+    count = len(points)
+    return Drive(
+        plan=NO_PLAN,
+        given=0.0,
+        marks=tuple(round(1000 * x) for x, _ in points),
+        points=points,
+        places=places,
+        arrives=(0.0,) * count,
+        leaves=(0.0,) * count,
+        complete=complete,
+        goal=points[-1],
+    )
