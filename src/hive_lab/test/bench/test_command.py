@@ -63,6 +63,30 @@ def test_bench_faults_ends_with_1_when_a_property_was_broken(
     assert "violations" in out
 
 
+@pytest.mark.parametrize(
+    ("name", "module"), [("sim", "live.simulator"), ("system", "bench.system")]
+)
+@pytest.mark.parametrize("broken", [False, True])
+def test_bench_sim_and_system_end_with_1_when_anything_touched(
+    terminal, monkeypatch, name, module, broken
+):
+    monkeypatch.setattr(
+        f"hive_lab.{module}.run", lambda _connect: BenchResult({"contacts": 1.0}, {}, broken)
+    )
+
+    code, out, _ = terminal(name)
+
+    assert code == int(broken)
+    assert "contacts" in out
+
+
+def test_the_help_says_which_benchmarks_end_with_1(terminal):
+    _, out, _ = terminal("--help")
+
+    said = " ".join(out.split())
+    assert "hive and traffic end with 1 when a property was broken, sim and system when" in said
+
+
 def test_bench_says_in_one_line_that_a_hive_was_too_slow_to_be_measured(terminal, monkeypatch):
     pytest.importorskip("blackboard.msg", reason="benchmarks of processes need ROS")
 

@@ -45,11 +45,15 @@ class Run:
 
     def __init__(self, monkeypatch):
         self.driver, self.sent, self.now = Driver(), [], 0.0
+        monkeypatch.setattr(rospy, "get_time", lambda: self.now)
         self.node = ExplorerNode("/", "robot1", self.driver)
         self.node._commands = SimpleNamespace(publish=self._send)  # noqa: SLF001  (made in run)
         self.node._transforms = self  # noqa: SLF001  (as above)
         self.node._chart = object()  # noqa: SLF001  (what is planned on does not matter here)
-        monkeypatch.setattr(rospy, "get_time", lambda: self.now)
+        self.mapped, self.simulated = 0.0, False
+        self.comes = lambda: None
+        monkeypatch.setattr(rospy.rostime, "is_wallclock", lambda: not self.simulated)
+        monkeypatch.setattr(self.node._inbox, "wait", lambda _: self.comes())  # noqa: SLF001
         monkeypatch.setattr(explorer_node.time, "monotonic", lambda: self.driver.wall)
 
     def lookup_transform(self, *_):
@@ -57,6 +61,9 @@ class Run:
         msg.header.stamp = rospy.Time.from_sec(self.now)
         msg.transform.rotation.w = 1.0
         return msg
+
+    def get_latest_common_time(self, *_):
+        return rospy.Time.from_sec(self.mapped)
 
     def hear(self, stamp, delay=0.0):
         """Hear odometry, some time after it was measured [s]."""
@@ -128,3 +135,31 @@ def test_its_commands_say_how_often_they_come_so_that_a_simulator_waits_for_them
     ExplorerNode("/", "robot1", Driver()).run()
 
     assert made["cmd_vel"]["headers"] == {"control_period": "0.100000"}
+
+
+def map_late(run):
+    """Have a mapper that was in time and then falls behind until the explorer listens."""
+    waited = []
+
+    def draw():
+        waited.append(run.now)
+        run.mapped = run.now
+
+    run.comes = draw
+    run.mapped = 10.0
+    run.hear(10.0)
+    run.hear(10.1)
+    run.hear(10.3)
+    return waited
+
+
+def test_in_simulated_time_a_command_waits_for_the_mapper(run):
+    run.simulated = True
+
+    assert map_late(run) == [10.3]
+    assert run.sent == [SPEED] * 3
+
+
+def test_in_real_time_no_command_waits_for_the_mapper(run):
+    assert map_late(run) == []
+    assert run.sent == [SPEED] * 3

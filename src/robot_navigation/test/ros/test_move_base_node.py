@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
     from geometry_msgs.msg import TransformStamped
 
+    from robot_navigation.traffic.right_of_way import Announcement
+
 MODEL = load_model("ld60")
 SIDE = 10.0  # of the hall, which has a wall of 0.2 m around it [m]
 
@@ -107,6 +109,7 @@ class Robot:
         self.odd_transform: TransformStamped | None = None
         self.published: dict[str, list[Any]] = {}
         self.warned: list[str] = []
+        self.announced: list[Announcement] = []
         self.services: dict[str, Callable[[Any], Any]] = {}
         self.velocity = STOP
         self._hear: dict[str, Callable[[Any], None]] = {}
@@ -132,13 +135,16 @@ class Robot:
         planner = OmplPlanner(hall(), MODEL.base.circumscribed_radius)
         surroundings: Any = SimpleNamespace(
             inbox=self._inbox,
-            transforms=SimpleNamespace(lookup_transform=self._transform),
+            transforms=SimpleNamespace(
+                lookup_transform=self._transform, get_latest_common_time=self._common_time
+            ),
             heard=Neighbourhood(),
             planner=lambda _: planner,
-            announce=lambda *_: None,
+            announce=lambda announcement, _: self.announced.append(announcement),
             give_routes_to=lambda take: setattr(self, "_take_routes", take),
             every=lambda _, act: setattr(self, "_round", act),
             when_set_back=lambda act: setattr(self, "_begin_anew", act),
+            catch_up_with=lambda until: setattr(self, "_recent_until", until),
         )
         self.server = Server()
         monkeypatch.setattr(
@@ -167,6 +173,15 @@ class Robot:
         if self.pose is None or child != "robot1/base_footprint":
             raise tf2_ros.LookupException("nothing known")
         return transform_to_msg(self.pose, "map", child, rospy.Time.from_sec(self.now))
+
+    def _common_time(self, parent: str, child: str) -> rospy.Time:
+        return self._transform(parent, child, rospy.Time(0)).header.stamp
+
+    @property
+    def recent_until(self) -> dict[str, float]:
+        """Until when what it senses counts as recent [s]."""
+        self._inbox.empty()
+        return self._recent_until()
 
     def send(self, x: float, y: float) -> None:
         goal = pose_to_msg(Pose(x, y, 0.0), "map", rospy.Time.from_sec(self.now))
@@ -522,3 +537,52 @@ def test_clear_costmaps_lets_the_robot_plan_through_what_is_gone(
     straight = robot.published["/robot1/move_base/plan"][-1]
     assert len(around.poses) > 2
     assert len(straight.poses) == 2
+
+
+def test_a_scan_is_recent_until_the_next_is_due_and_a_pose_as_long(robot: Robot) -> None:
+    robot.measure()
+    robot.odd_transform = robot.transform_at(99.9)
+    robot.now += 0.05
+
+    assert robot.recent_until == {
+        "/robot1/scan": pytest.approx(100.0 + 1.0 / MODEL.laser.rate + 0.05),
+        "robot1/base_footprint": pytest.approx(99.9 + 0.15),
+    }
+
+
+def test_a_scan_that_cannot_be_used_is_as_late_as_none(robot: Robot) -> None:
+    robot.measure()
+    before = robot.recent_until["/robot1/scan"]
+    robot.now += 0.1
+    robot.measure(range_max=math.nan)
+
+    assert robot.recent_until["/robot1/scan"] == before
+
+
+def test_nothing_is_late_of_a_robot_that_has_never_sensed_anything(robot: Robot) -> None:
+    robot.pose = None
+
+    assert robot.recent_until == {}
+
+
+def test_a_transform_that_is_fixed_is_never_late(robot: Robot) -> None:
+    robot.odd_transform = robot.transform_at(0.0)
+
+    assert robot.recent_until == {}
+
+
+def test_a_robot_says_at_once_that_it_has_a_goal_no_more(robot: Robot) -> None:
+    robot.send(3.0, 2.0)
+    robot.drive(0.5)
+    assert robot.announced[-1].goal == (3.0, 2.0)
+
+    while robot.server.outcome is None:
+        robot.drive(0.1)
+
+    assert (robot.announced[-1].goal, len(robot.announced[-1].path)) == (None, 1)
+
+
+def test_an_idle_robot_announces_itself_twice_a_second(robot: Robot) -> None:
+    robot.drive(5.0)
+
+    assert len(robot.announced) == pytest.approx(10, abs=2)

@@ -73,7 +73,7 @@ def run(
         `driving_share`, the part of the robots' time in which they moved; `real_time_factor`;
         `slowness`, the factor asked for over that reached; `contacts`; `unanswered`, tours posted
         in vain. Those of the faster run begin with `fast`. Aims: `AIMS`, no contact, and a
-        slowness of at most 1.05.
+        slowness of at most 1.05. It is broken if anything touched.
     """
     figures = run_apart(measure, connect, 1.0, robots)
     aims = {**AIMS.get(robots, {}), "contacts": 0.0, "slowness": _SLOWEST}
@@ -81,7 +81,8 @@ def run(
         fast = run_apart(measure, connect, _FASTER[robots], robots)
         figures |= {f"fast {name}": value for name, value in fast.items()}
         aims |= {"fast contacts": 0.0, "fast slowness": _SLOWEST}
-    return BenchResult(figures, aims)
+    touched = figures["contacts"] + figures.get("fast contacts", 0.0)
+    return BenchResult(figures, aims, broken=touched > 0)
 
 
 def measure(

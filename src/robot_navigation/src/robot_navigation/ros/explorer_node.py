@@ -21,6 +21,7 @@ from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_t
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import own_names
 from hive_common.ros.transforms import Transforms
+from robot_navigation.control.catching_up import RECENT, CatchingUp
 from robot_navigation.mapping.explorer import MARGIN, SPEED, Explorer
 from robot_navigation.ros.startup import read_model, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
@@ -69,6 +70,7 @@ class ExplorerNode:
         self._slowest = 0.0  # planning so far [s, wall clock]
         self._plan_again_at = -math.inf
         self._inbox = Inbox()
+        self._catching_up = CatchingUp(rospy.get_time, time.monotonic)
         self._monitor = TopicMonitor(self._inbox)
 
     def run(self) -> None:
@@ -126,6 +128,9 @@ class ExplorerNode:
         if self._steered_at <= now < self._steered_at + STEER_PERIOD - ROUNDING:
             return
         self._steered_at = now
+        # The simulator waits for this command, and so for the mapper.
+        if not rospy.rostime.is_wallclock():
+            self._catching_up.wait(self._recent_until, self._inbox.wait)
         here = self._place(msg)
         if here is None:
             self._commands.publish(Twist())
@@ -148,6 +153,14 @@ class ExplorerNode:
         took = time.monotonic() - begun
         self._slowest = max(took, self._slowest)
         self._plan_again_at = begun + took + REST * took
+
+    def _recent_until(self) -> dict[str, float]:
+        """Return until when the mapper's transform counts as recent [s]; see `CatchingUp`."""
+        try:
+            moment = self._transforms.get_latest_common_time("map", self._odom_frame)
+        except tf2_ros.TransformException:
+            return {}
+        return {} if moment.is_zero() else {"map": moment.to_sec() + RECENT}
 
     def _place(self, msg: Odometry) -> Pose | None:
         """Return where the robot is, frame map, or None without a recent transform."""

@@ -89,7 +89,9 @@ class MoveBase:
         model = read_model(names)
         self._settings = settings
         self._planner = planner = surroundings.planner(model.base.circumscribed_radius)
-        self._senses = Senses(names, surroundings, _MAP_FRAME, settings.senses_timeout)
+        self._senses = Senses(
+            names, surroundings, _MAP_FRAME, settings.senses_timeout, 1.0 / model.laser.rate
+        )
         self._follower = follower = PursuitFollower(model.base)
         self._make_navigator: Callable[[], Navigator] = lambda: Navigator(
             names.robot, model, planner, follower, planner.field, settings
@@ -98,6 +100,7 @@ class MoveBase:
         self._last_velocity = STOP
         self._shown_path: Path | None = None
         self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
+        self._announced_idle = True
         # A simulator waits for commands that come once a period of simulated time.
         period = {"control_period": f"{1.0 / settings.control_rate:.6f}"}
         self._cmd_vel = rospy.Publisher(names.of("cmd_vel"), Twist, queue_size=1, headers=period)
@@ -122,6 +125,7 @@ class MoveBase:
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
         )
         self._surroundings.when_set_back(self._begin_anew)
+        self._surroundings.catch_up_with(self._senses.recent_until)
         self._surroundings.every(1 / self._settings.control_rate, self._round)
 
     def _begin_anew(self) -> None:
@@ -169,9 +173,11 @@ class MoveBase:
         self._last_velocity = velocity
 
     def _announce(self, now: rospy.Time, announcement: Announcement) -> None:
+        # That it is idle now it says at once: the others expect one that is not in every round.
         idle = self._navigator.path is None and self._navigator.goal is None
-        if not idle or (now - self._announced_at).to_sec() >= _IDLE_PERIOD:
-            self._announced_at = now
+        silent = (now - self._announced_at).to_sec()
+        if not (idle and self._announced_idle) or silent >= _IDLE_PERIOD:
+            self._announced_at, self._announced_idle = now, idle
             self._surroundings.announce(announcement, _MAP_FRAME)
 
     def _show_path(self, now: rospy.Time) -> None:

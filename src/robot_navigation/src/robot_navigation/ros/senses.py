@@ -12,6 +12,7 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 
 from hive_common.ros.conversions import pose_from_transform
+from robot_navigation.control.catching_up import RECENT, SLACK
 from robot_navigation.ros.scan_reader import ScanReader
 
 if TYPE_CHECKING:
@@ -30,20 +31,27 @@ class Senses:
     """The latest of each, as the control loop has received it through the inbox.
 
     Scans and transforms older than `timeout` [s] do not count, and neither do scans that
-    `ScanReader` skips: a laser that is blind is a laser that is gone.
+    `ScanReader` skips: a laser that is blind is a laser that is gone. A scan is due every
+    `scan_period` [s].
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `pick/status` (actionlib_msgs/
         GoalStatusArray), of the robot.
     """
 
     def __init__(
-        self, names: RobotNames, surroundings: Surroundings, map_frame: str, timeout: float
+        self,
+        names: RobotNames,
+        surroundings: Surroundings,
+        map_frame: str,
+        timeout: float,
+        scan_period: float,
     ) -> None:
         self.arm_at_work = False  # whether the robot is picking or placing
         self._inbox = surroundings.inbox
         self._transforms = surroundings.transforms
         self._frames = map_frame, f"{names.robot}/base_footprint"
         self._timeout = rospy.Duration.from_sec(timeout)
+        self._scan_recent = scan_period + SLACK
         # The latest that can be used, when it was measured, and when it came.
         self._scan: tuple[rospy.Time, rospy.Time, Scan] | None = None
         self._scan_topic = names.of("scan")
@@ -85,6 +93,19 @@ class Senses:
         measured, came, scan = self._scan
         now = rospy.Time.now()
         return scan if max(now - measured, now - came) <= self._timeout else None
+
+    def recent_until(self) -> dict[str, float]:
+        """Return until when scan and pose count as recent [s]; see `CatchingUp`."""
+        until = {}
+        if self._scan is not None:
+            until[self._scan_topic] = self._scan[0].to_sec() + self._scan_recent
+        try:
+            moment = self._transforms.get_latest_common_time(*self._frames)
+        except tf2_ros.TransformException:
+            return until
+        if not moment.is_zero():  # as it is where all transforms are fixed
+            until[self._frames[1]] = moment.to_sec() + RECENT
+        return until
 
     def forget(self) -> None:
         """Forget the scan: its time may be one that is still to come."""

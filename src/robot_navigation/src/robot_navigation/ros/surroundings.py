@@ -8,6 +8,7 @@ A process of one robot shares with nobody; one that hosts many (docs/decisions/0
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from hive_common.ros.transforms import Transforms
+from robot_navigation.control.catching_up import ANNOUNCED, CatchingUp
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.ros.conversions import (
     routes_from_msg,
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.right_of_way import Announcement
 
 
+_HEARD = 2.0  # who has been silent for longer is not waited for [s, simulated time]
+_LOOK = 0.3  # time between two looks whether the node is shut down [s, wall clock]
 _ROUNDING = 1e-6  # a multiple of a period may come out a little less than whole
 
 
@@ -66,6 +70,9 @@ class Surroundings:
         self._route_takers: list[Callable[[tuple[Route, ...]], None]] = []
         self._was_set_back = SetBack(rospy.get_time)
         self._anew: list[Callable[[], None]] = []
+        self._own: set[str] = set()  # the robots of this process that have announced themselves
+        self._catching_up = CatchingUp(rospy.get_time, time.monotonic)
+        self._senses: list[Callable[[], dict[str, float]]] = []
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
         rospy.Subscriber(f"{hive}routes", Routes, self._hear_routes, queue_size=10)
@@ -92,6 +99,7 @@ class Surroundings:
 
     def announce(self, announcement: Announcement, frame: str) -> None:
         """Tell the robots of this process and all others what one of them is about to do."""
+        self._own.add(announcement.name)
         self.heard.hear(announcement)
         self._traffic.publish(traffic_to_msg(announcement, frame))
 
@@ -133,6 +141,38 @@ class Surroundings:
         """Have the control loop do something when ROS time was set back."""
         self._anew.append(action)
 
+    def catch_up_with(self, recent_until: Callable[[], dict[str, float]]) -> None:
+        """Have the control loop wait for the senses of a robot, in simulated time.
+
+        The simulator waits for the commands of a robot that drives, and so for what it senses and
+        hears. Real time waits for nobody, and then no round does.
+
+        Args:
+            recent_until: See `CatchingUp.wait`; the names differ from those of other robots.
+        """
+        self._senses.append(recent_until)
+
+    def _catch_up(self) -> None:
+        """Before a round that is due in simulated time, wait for what is late."""
+        now = rospy.get_time()
+        if not self._senses or rospy.rostime.is_wallclock():
+            return
+        if any(rounds.is_due(now) for rounds in self._rounds):
+            late = self._catching_up.wait(self._recent_until, self.inbox.wait)
+            if late:
+                rospy.logwarn_throttle(10, f"nothing recent came in time from {', '.join(late)}")
+
+    def _recent_until(self) -> dict[str, float]:
+        """Return until when all that the robots of this process act on counts as recent [s]."""
+        until: dict[str, float] = {}
+        for senses in self._senses:
+            until |= senses()
+        for other in self.heard.others("", rospy.get_time(), _HEARD):
+            # One that has no goal announces itself when it likes.
+            if other.name not in self._own and (other.goal is not None or len(other.path) > 1):
+                until[other.name] = other.time + ANNOUNCED
+        return until
+
     def run(self) -> None:
         """Run the control loop until the node is shut down."""
         while not rospy.is_shutdown():
@@ -142,15 +182,31 @@ class Surroundings:
                 self.heard = Neighbourhood()
                 for action in self._anew:
                     action()
+            self._catch_up()
             for rounds in self._rounds:
                 rounds.call_if_due(rospy.get_time())
-            wait = min(rounds.due for rounds in self._rounds) - rospy.get_time()
             try:
-                rospy.sleep(max(wait, 0.0))
+                _sleep_until(min(rounds.due for rounds in self._rounds))
             except rospy.ROSTimeMovedBackwardsException:
                 continue
             except rospy.ROSInterruptException:
                 return
+
+
+def _sleep_until(due: float) -> None:
+    """Sleep until a time [s, ROS time], or until that is set back.
+
+    `rospy.sleep` counts from the time at which it looks at the clock. If that has gone on since
+    the caller did, it sleeps past `due`, and a simulator that waits for the round waits in vain.
+    """
+    begun = rospy.get_time()
+    if rospy.rostime.is_wallclock():
+        rospy.sleep(max(due - begun, 0.0))
+        return
+    changed = rospy.rostime.get_rostime_cond()
+    with changed:  # nobody changes the time between a look at it and the wait
+        while begun <= rospy.get_time() < due and not rospy.is_shutdown():
+            changed.wait(_LOOK)
 
 
 @dataclass
@@ -159,9 +215,13 @@ class _Rounds:
     action: Callable[[], None]
     due: float = 0.0  # when the next is due [s]
 
+    def is_due(self, now: float) -> bool:
+        """Return whether a round is due; it is as well when the clock was set back."""
+        return not self.due - self.period * (1 + _ROUNDING) <= now < self.due
+
     def call_if_due(self, now: float) -> None:
         """Do a round if it is due; rounds that were missed are left out."""
-        if self.due - self.period * (1 + _ROUNDING) <= now < self.due:
+        if not self.is_due(now):
             return
         self.due = self.period * (math.floor(now / self.period + _ROUNDING) + 1)
         self.action()
