@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 pytest.importorskip("ompl")
@@ -17,9 +18,13 @@ from hive_lab.fleets.adversarial import (
     site_of,
 )
 from hive_lab.fleets.sites import WALL
+from robot_navigation.mapf.ends import joined_ends
+from robot_navigation.mapf.joint_planner import Agent, JointPlanner
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
 
 SEEDS = range(300)
+RADIUS = 0.43  # of an LD-60 [m]
 
 
 @pytest.mark.parametrize(
@@ -83,3 +88,28 @@ def test_a_cell_has_room_for_one_robot_and_walls_around_it():
 
     assert all(0.43 < field.at(*middle) < 0.86 for middle in middles)
     assert field.at(*wall) == 0.0
+
+
+@pytest.mark.parametrize("first", range(0, 200, 50))
+def test_one_search_over_the_places_of_all_robots_solves_what_the_complete_search_does(first):
+    assert all(solves(draw(seed)) for seed in range(first, first + 50))
+
+
+def solves(layout):
+    """Return whether the traffic planner's search leads all to their goals, none too near."""
+    field = ClearanceField.of(site_of(layout).grid)
+    middles = [(WALL + CELL * (x + 0.5), WALL + CELL * (y + 0.5)) for y, x in layout.cells]
+    starts = [middles[start] for start in layout.starts]
+    goals = {k: middles[goal] for k, goal in enumerate(layout.goals) if goal >= 0}
+    rows = {k: len(starts) + row for row, k in enumerate(goals)}
+    points = np.array([*starts, *goals.values()])
+    roadmap = build_roadmap(field, [RADIUS])
+    radii = np.full(len(points), RADIUS)
+    ends = joined_ends(roadmap, field, points, radii, [*rows.items()], [], range(len(starts)))
+    agents = [
+        Agent(at, 0.0, 0.0, int(ends.index[rows.get(k, k)]), RADIUS, 1.8, 1.0, 3.14, k, dwell=5.0)
+        for k, at in enumerate(ends.index[: len(starts)].tolist())
+    ]
+    planner = JointPlanner(roadmap)
+    tables = planner.plan(agents, ends=ends, together=[range(len(agents))])
+    return bool(planner.coupled) and all(table.complete for table in tables)

@@ -61,3 +61,12 @@ def test_a_lane_closes_for_the_middle_third_and_no_goal_is_in_it(crowds, monkeyp
     left, low, right, high = LOWER_DOOR
     xs, ys = crowd._places.T  # noqa: SLF001  (where goals are drawn)
     assert not ((xs > left) & (xs < right) & (ys > low) & (ys < high)).any()
+
+
+def test_the_processor_time_of_plans_is_measured_where_there_is_a_planner():
+    planned, local = (
+        measure(SITES["lab"](), 2, 3.0, ("ld60",), planned=planned) for planned in (True, False)
+    )
+
+    assert 0.0 < planned.plan_median <= planned.plan_p95
+    assert (local.plan_median, local.plan_p95) == (0.0, 0.0)

@@ -44,6 +44,8 @@ class Throughput:
         longest_stand: For which a robot with a goal stood still [s].
         cpu: Processor time for a simulated second [s].
         locks: How many the traffic planner has found.
+        plan_median, plan_p95: Processor time of a plan, median and 95th percentile [s]; 0 without
+            a traffic planner.
     """
 
     robots: int
@@ -56,6 +58,8 @@ class Throughput:
     longest_stand: float
     cpu: float
     locks: int
+    plan_median: float
+    plan_p95: float
 
     @property
     def reached(self) -> tuple[Drive, ...]:
@@ -137,6 +141,7 @@ def measure(
         max(crowd.longest_stand.values()),
         spent / seconds,
         watch.counts.total(),
+        *map(float, np.quantile(crowd.traffic.plan_times or [0.0], (0.5, 0.95))),
     )
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from hive_common.pose import Pose
@@ -36,6 +37,7 @@ class Traffic:
         deaf: Robots that hear nobody.
         held_up: Robots whose process gets no processor: their control loop does not run.
         coordinator: Plans for all robots; None lets them go by the right of way alone.
+        plan_times: Processor time of each of its plans [s].
     """
 
     def __init__(
@@ -46,6 +48,7 @@ class Traffic:
         self.deaf: set[str] = set()
         self.held_up: set[str] = set()
         self.coordinator = coordinator
+        self.plan_times: list[float] = []
         self._simulation = simulation
         self._grid = grid
         self._lasers: dict[str, Laser] = {}
@@ -92,8 +95,10 @@ class Traffic:
 
     def _coordinate(self, coordinator: Coordinator) -> None:
         """Let the coordinator plan, and the robots hear its plans."""
+        began = time.process_time()
         routes = coordinator.step(self._simulation.time)
         if routes:
+            self.plan_times.append(time.process_time() - began)
             self._plans.append((self._steps + STEPS_TO_HEAR, routes))
         while self._plans and self._plans[0][0] <= self._steps:
             plan = self._plans.pop(0)[1]

@@ -193,53 +193,9 @@ def _sorted(rows: Indices, items: Indices, at: Indices) -> Indices:
 
 
 @compiled("float64(float64, float64, float64, float64, float64, float64)")
-def _to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Return the distance of a point from a segment ab [m]."""
-    along_x, along_y = bx - ax, by - ay
-    squared = along_x * along_x + along_y * along_y
-    share = 0.0
-    if squared > 0:
-        share = min(1.0, max(0.0, ((x - ax) * along_x + (y - ay) * along_y) / squared))
-    return math.hypot(x - ax - share * along_x, y - ay - share * along_y)
-
-
-@compiled("float64(float64, float64, float64, float64, float64, float64)")
 def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
     """Return on which side of the line ab a point is: positive on the left."""
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-
-
-@compiled(
-    "float64(float64, float64, float64, float64, float64, float64, float64, float64, float64)"
-)
-def _apart(
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-    cx: float,
-    cy: float,
-    dx: float,
-    dy: float,
-    limit: float,
-) -> float:
-    """Return the distance of segments ab and cd [m]; `limit` where it is more."""
-    if max(ay, by) + limit < min(cy, dy) or max(cy, dy) + limit < min(ay, by):
-        return limit
-    if max(ax, bx) + limit < min(cx, dx) or max(cx, dx) + limit < min(ax, bx):
-        return limit
-    if (
-        _side(ax, ay, bx, by, cx, cy) * _side(ax, ay, bx, by, dx, dy) < 0
-        and _side(cx, cy, dx, dy, ax, ay) * _side(cx, cy, dx, dy, bx, by) < 0
-    ):
-        return 0.0
-    return min(
-        _to_segment(ax, ay, cx, cy, dx, dy),
-        _to_segment(bx, by, cx, cy, dx, dy),
-        _to_segment(cx, cy, ax, ay, bx, by),
-        _to_segment(dx, dy, ax, ay, bx, by),
-        limit,
-    )
 
 
 @compiled("float64(float64, float64, float64, float64, float64, float64)")
@@ -347,7 +303,7 @@ def _still_too_near(
         if a >= ends and b >= ends:
             continue
         between = math.hypot(lines[one, 0] - lines[two, 0], lines[one, 1] - lines[two, 1])
-        apart = _apart(
+        kept[k] = _are_near(
             lines[a, 0],
             lines[a, 1],
             lines[a, 2],
@@ -356,7 +312,6 @@ def _still_too_near(
             lines[b, 1],
             lines[b, 2],
             lines[b, 3],
-            between,
+            max(between - 1e-6, 0.0),
         )
-        kept[k] = apart < between - 1e-6
     return kept

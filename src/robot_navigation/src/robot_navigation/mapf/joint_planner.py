@@ -209,15 +209,17 @@ class JointPlanner:
         fixed: Collection[int],
     ) -> None:
         """Plan all robots one after the other, but for those that cannot move."""
+        self._begin(fleet, agents)
         self._keep(fleet, agents, before, order)
         if fleet.settle_freely(order, fixed) or self._step_by_step(fleet, agents):
             return
         # Those for whom there was no place are planned anew, and if need be all of them.
         kept = [None if k in fleet.contested else table for k, table in enumerate(before)]
+        self._begin(fleet, agents)
         self._keep(fleet, agents, kept, order)
         if fleet.settle_all(order):
             return
-        self._keep(fleet, agents, (), order)
+        self._begin(fleet, agents)
         fleet.settle_all(order)
 
     def _settle_groups(
@@ -236,12 +238,11 @@ class JointPlanner:
             Nothing if there is no group, or no plan in which one gets through.
         """
         while groups and max(map(len, groups)) <= MOST_TOGETHER:
-            fleet.forget()
-            self._stay(fleet, agents)
+            self._begin(fleet, agents)
             more: Collection[int] = ()
             if all(self._put_together(fleet, agents, before, group) for group in groups):
                 fixed = {robot for robot in order if agents[robot].stays}.union(*groups)
-                self._keep_more(fleet, agents, before, order)
+                self._keep(fleet, agents, before, order)
                 if fleet.settle_freely(order, fixed):
                     return groups
                 more = fleet.contested - fixed
@@ -386,10 +387,11 @@ class JointPlanner:
             actions.append(np.concatenate([limit.lanes, self._lanes + places, first_leg + legs]))
         return ZoneCounts(reservations, things, actions, [limit.robots for limit in limits])
 
-    def _stay(self, fleet: Fleet, agents: Sequence[Agent]) -> None:
-        """Plan robots that cannot move."""
+    def _begin(self, fleet: Fleet, agents: Sequence[Agent]) -> None:
+        """Forget all plans, and plan the robots that cannot move."""
+        fleet.forget()
         for robot, agent in enumerate(agents):
-            if agent.stays and fleet.paths[robot] is None:
+            if agent.stays:
                 fleet.put(robot, fleet.stand(robot))
 
     def _keep(
@@ -399,22 +401,9 @@ class JointPlanner:
         before: Sequence[Timetable | None],
         order: Sequence[int],
     ) -> None:
-        """Plan robots that stay, and those for which the plan before still holds; no others."""
-        fleet.forget()
-        self._stay(fleet, agents)
-        self._keep_more(fleet, agents, before, order)
-
-    def _keep_more(
-        self,
-        fleet: Fleet,
-        agents: Sequence[Agent],
-        before: Sequence[Timetable | None],
-        order: Sequence[int],
-    ) -> None:
         """Plan those robots for which the plan before still holds."""
-        tables = dict(enumerate(before))
         for robot in order:
-            table = tables.get(robot)
+            table = before[robot]
             if table is not None and fleet.paths[robot] is None:
                 path = self._kept(agents[robot], table)
                 if path is not None and fleet.fits(robot, path):

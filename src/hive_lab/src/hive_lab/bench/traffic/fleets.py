@@ -47,11 +47,11 @@ class Fleet(NamedTuple):
 
 
 FLEETS = (
-    Fleet("warehouse", 10, LD60, 0.03),
-    Fleet("warehouse", 30, LD60, 0.07),
+    Fleet("warehouse", 10, LD60, 0.02),
+    Fleet("warehouse", 30, LD60, 0.06),
     Fleet("warehouse", 50, LD60, 0.12),
-    Fleet("lab", 4, LD60, 0.02),
-    Fleet("lab", 8, LD60, 0.07),
+    Fleet("lab", 4, LD60, 0.04),
+    Fleet("lab", 8, LD60, 0.10),
     Fleet("lab", 4, MODELS),
     Fleet("hall", 40, MODELS),
 )
@@ -144,6 +144,8 @@ def _figures(
     yield "given up", float(sum(each.given_up for each in found)), 0.0
     yield "longest stand", max(each.longest_stand for each in found), LONGEST_STAND
     yield "locks", float(sum(each.locks for each in found)), None
+    yield "plan median", statistics.mean(1000.0 * each.plan_median for each in found), None
+    yield "plan p95", statistics.mean(1000.0 * each.plan_p95 for each in found), None
     yield "cpu", statistics.mean(each.cpu for each in found), None
 
 
