@@ -70,6 +70,8 @@ def looped(monkeypatch):
         for name in ("Publisher", "Subscriber"):
             monkeypatch.setattr(rospy, name, lambda *_, **__: None)
         monkeypatch.setattr(surroundings, "Transforms", lambda **_: None)
+        # Other tests in this process may have told rospy a simulated time.
+        monkeypatch.setattr(rospy.rostime, "is_wallclock", lambda: True)
         monkeypatch.setattr(rospy, "get_time", lambda: time.now)
         monkeypatch.setattr(rospy, "is_shutdown", lambda: not time.left)
         monkeypatch.setattr(rospy, "sleep", pass_time)
