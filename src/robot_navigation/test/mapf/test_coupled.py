@@ -222,7 +222,7 @@ def test_a_group_stops_nowhere_where_nobody_may():
 def test_a_group_keeps_a_plan_that_holds_though_there_is_a_shorter_one():
     roadmap, _, agent, long_way = ring()
     times = tuple(2.0 * k for k in range(len(long_way)))
-    before = Timetable(long_way, times, (*times[:-1], math.inf), complete=True)
+    before = Timetable(long_way, times, (*times[:-1], math.inf), complete=True, coupled=True)
 
     (table,) = JointPlanner(roadmap).plan([agent], [before], together=((0,),))
 

@@ -11,13 +11,14 @@ import pytest
 
 from hive_common.grid_map import GridMap
 from hive_lab.mapf.testing import robot
+from robot_navigation.mapf import joint_planner
 from robot_navigation.mapf.coupled import REACH
 from robot_navigation.mapf.joint_planner import Timetable
 from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.mapf.route import NO_PLAN
+from robot_navigation.mapf.route import NO_PLAN, PlanNumber
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.committed import AT_GOAL, STANDS, STILL, Drive, Tracked
-from robot_navigation.traffic.coordinator import Coordinator, _timetable
+from robot_navigation.traffic.coordinator import REST, Coordinator, _timetable
 from robot_navigation.traffic.retiming import Times
 from robot_navigation.traffic.right_of_way import Announcement, no_right
 
@@ -35,9 +36,13 @@ def at(name, goal, time=0.0, where=None):
 @pytest.fixture
 def lane():
     """Return the planner of a lane with a bay in its middle."""
+    return planner(bay=True)
+
+
+def planner(*, bay):
     blocked = np.ones((64, 200), dtype=bool)
     blocked[4:30, 4:-4] = False
-    blocked[30:56, 90:116] = False
+    blocked[30:56, 90:116] = not bay
     field = ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
     coordinator = Coordinator(field, build_roadmap(field, [0.43]))
     for name in "abc":
@@ -105,6 +110,34 @@ def test_robots_are_planned_apart_again_with_all_that_they_were_together_with(la
     assert lane.groups() == (frozenset("ab"),)
     lane.plan_apart({"b"})
     assert lane.groups() == ()
+
+
+def test_a_search_that_found_nothing_is_made_again_after_some_seconds(monkeypatch):
+    searched = []
+
+    def counted(fleet, robots, points):
+        searched.append(robots)
+        return real(fleet, robots, points)
+
+    real = joint_planner.coupled
+    monkeypatch.setattr(joint_planner, "coupled", counted)
+    coordinator = planner(bay=False)
+    coordinator.plan_together({"a", "b"})
+
+    def searches_at(time):
+        for name in "ab":
+            said = at(name, NEAR_GOALS[name], time=time)
+            coordinator.hear(replace(said, plan=PlanNumber(1, 1)))
+        before = len(searched)
+        assert coordinator.step(time)
+        return len(searched) - before
+
+    assert searches_at(0.0) == 1
+    assert [searches_at(share * REST) for share in (1 / 3, 2 / 3, 1)] == [0, 0, 1]
+    assert coordinator.groups() == (frozenset("ab"),)
+
+    coordinator.plan_together({"a"})
+    assert searches_at(REST + 0.2) == 1
 
 
 def test_a_robot_that_was_never_heard_is_in_no_group(lane):

@@ -86,12 +86,14 @@ class Timetable:
         arrives: When it reaches each [s].
         leaves: When it leaves each [s]; infinite for the last.
         complete: Whether it gets to its goal within the horizon.
+        coupled: Whether it was planned in one search with others.
     """
 
     places: tuple[int, ...]
     arrives: tuple[float, ...]
     leaves: tuple[float, ...]
     complete: bool
+    coupled: bool = False
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,11 @@ class JointPlanner:
             self._straighten(fleet, agents, movable)
         improve(fleet, movable, self.settings.improvements, self.settings.gain)
         paths = [path for path in fleet.paths if path is not None]
-        return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
+        grouped = {*chain.from_iterable(self.coupled)}
+        return [
+            self._timetable(path, agent, coupled=robot in grouped)
+            for robot, (path, agent) in enumerate(zip(paths, agents, strict=True))
+        ]
 
     def _settle(
         self,
@@ -258,11 +264,12 @@ class JointPlanner:
         before: Sequence[Timetable | None],
         group: Sequence[int],
     ) -> bool:
-        """Plan a group; return whether it worked. It keeps its plan as long as that holds."""
+        """Plan a group; return whether it worked. It keeps a plan of one search while it holds."""
         paths = {
             robot: path
             for robot in group
             if (table := before[robot]) is not None
+            and table.coupled
             and (path := self._rest(agents[robot], table)) is not None
         }
         if len(paths) == len(group):
@@ -470,7 +477,7 @@ class JointPlanner:
         lane = self._lane_of.get(pair)
         return self._leg_of.get(pair) if lane is None else lane
 
-    def _timetable(self, path: Path, agent: Agent) -> Timetable:
+    def _timetable(self, path: Path, agent: Agent, *, coupled: bool) -> Timetable:
         """Return what a path says."""
         arrives = path.times[0::2, 0].tolist()
         arrives[0] = agent.ready
@@ -479,6 +486,7 @@ class JointPlanner:
             tuple(arrives),
             (*path.times[0:-1:2, 1].tolist(), math.inf),
             path.complete,
+            coupled,
         )
 
     def _search(self, agent: Agent) -> PathSearch:

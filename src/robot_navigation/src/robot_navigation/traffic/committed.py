@@ -44,6 +44,7 @@ class Drive:
         complete: Whether it ends at the robot's goal.
         goal: The robot's goal when it was given, frame map [m]; None without one.
         waits: Whom it lets pass first, where.
+        coupled: Whether it was planned in one search with the courses of others.
     """
 
     plan: PlanNumber
@@ -56,6 +57,7 @@ class Drive:
     complete: bool
     goal: Point | None
     waits: tuple[Wait, ...] = ()
+    coupled: bool = False
 
     def passed_after(self, action: int) -> int:
         """Return the mark that the robot has come to when it has done an action of its course.

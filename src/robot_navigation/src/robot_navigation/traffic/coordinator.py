@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 BACK = math.radians(150)  # a robot that turns by more goes back [rad]
 PATIENCE = 40.0  # so old a goal is planned for without trust that others leave theirs [s]
 IMPROVEMENTS = 20  # parts of a plan that are made anew each time
+REST = 3.0  # a search for a group that found nothing is not made again for so long [s]
 GAIN = 2.0  # by how much they have to get shorter, so that robots keep their paths [s]
 SHORT = 0.1  # a way that is not worth driving [m]
 STRAIGHT = 0.01  # so far beside a line is on it [m]
@@ -100,6 +101,7 @@ class Coordinator:
         self._number = 0
         self._planned_at = -math.inf
         self._groups: list[dict[str, Point | None]] = []
+        self._search_from = -math.inf
         self._take_roadmap(roadmap)
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
@@ -150,6 +152,7 @@ class Coordinator:
         near = [group for group in self._groups if self._are_near(group, robots)]
         names = {*robots}.union(*near) & self._robots.keys()
         self._join(names)
+        self._search_from = -math.inf
         self.plan_anew(names)
 
     def _join(self, robots: Iterable[str]) -> None:
@@ -185,9 +188,11 @@ class Coordinator:
         """Return who of each group that is planned in one search is on the way to its goal yet."""
         return tuple(_under_way(group, self._robots) for group in self._groups)
 
-    def _together(self, numbers: Mapping[str, int]) -> list[list[int]]:
-        """Return the groups that are planned in one search, by the robots' numbers."""
+    def _together(self, numbers: Mapping[str, int], now: float) -> list[list[int]]:
+        """Return the groups that are planned in one search now, by the robots' numbers."""
         self._groups = [group for group in self._groups if _under_way(group, self._robots)]
+        if now < self._search_from:
+            return []
         return [[numbers[name] for name in group if name in numbers] for group in self._groups]
 
     def waiting(self) -> list[Waiting]:
@@ -216,13 +221,16 @@ class Coordinator:
         ]
         before = self._before(robots, begun, asked)
         names = [robot.said.name for robot, each in zip(robots, asked, strict=True) if each.agent]
+        together = self._together({name: number for number, name in enumerate(names)}, now)
         planned = self._planner.plan(
             [each.agent for each in asked if each.agent is not None],
             [table for each, table in zip(asked, before, strict=True) if each.agent is not None],
             [each.body for each in asked if each.agent is None] + self._obstacles(),
             ends,
-            self._together({name: number for number, name in enumerate(names)}),
+            together,
         )
+        if any(together) and not self._planner.coupled:
+            self._search_from = now + REST
         for robots_ in self._planner.coupled:
             self._join([names[number] for number in robots_])
         timetables = iter(planned)
@@ -408,6 +416,7 @@ class Coordinator:
             leaves=tuple(leaves),
             complete=complete,
             goal=said.goal,
+            coupled=table is not None and table.coupled,
         )
 
 
@@ -500,6 +509,7 @@ def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetab
         arrives=(times.arrives[0], *(times.arrives[index] for index in kept[1:])),
         leaves=(*(times.leaves[index] for index in kept[:-1]), math.inf),
         complete=rest.complete,
+        coupled=rest.coupled,
     )
 
 
