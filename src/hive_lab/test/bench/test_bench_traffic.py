@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import click
 import pytest
 
@@ -19,7 +21,14 @@ from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.traffic.fleets import FLEETS, LD60, Fleet, chosen, of_fleets
 from hive_lab.bench.traffic.measure import run
 from hive_lab.bench.traffic.through_ros import Account
-from hive_lab.fleets.throughput import Trouble
+from hive_lab.fleets.throughput import Throughput, Trouble
+
+
+class HereAndNow:
+    """Does runs at once, in this process; for `KeptRuns`."""
+
+    def all_of(self, jobs):
+        return [function(*values) for function, values in jobs.values()]
 
 
 def double(number):
@@ -105,6 +114,31 @@ def test_a_small_fleet_is_measured_and_its_kept_run_gives_the_same_figures(tmp_p
     assert results[0] == results[1]
     assert results[0].figures["lab 2 contacts"] == 0.0
     assert results[0].figures["lab 2 goals per hour and robot"] > 60.0
+
+
+def test_fleets_that_are_delayed_are_compared_with_the_same_fleets_undelayed(monkeypatch):
+    def driven(fleet, _seed, seconds, planned=False, trouble=None):
+        times = 40.0 if trouble is not None and trouble.delays else 32.0
+        drives = [("robot1", (0.0, 0.0), (x, 0.0, 0.0), 0.0, times, "") for x in (9.0, 11.0)]
+        drove = measured(fleet.robots, seconds, drives)
+        return drove if planned else drove | {"drives": alone}
+
+    alone = [("robot1", (0.0, 0.0), (x, 0.0, 0.0), 0.0, 3.0 * x, "") for x in (5.0, 10.0, 15.0)]
+    monkeypatch.setattr("hive_lab.bench.traffic.fleets._driven", driven)
+    monkeypatch.setattr("hive_lab.fleets.throughput.TimeAlone._length", lambda _, d: d.goal[0])
+
+    trouble = Trouble(delays=True)
+    result = of_fleets([Fleet("lab", 2)], 60.0, 1, trouble, HereAndNow(), planned=True)
+
+    assert result.figures["lab 2 loses"] == pytest.approx(1 - 30 / 40)
+    assert result.figures["lab 2 loses by delays"] == pytest.approx(1 - 32 / 40)
+    assert result.aims["lab 2 loses by delays"] == 0.05
+
+
+def measured(robots, seconds, drives):
+    """Return what is kept of a run without contacts."""
+    drove = Throughput(robots, seconds, (), {"robot1": "ld60"}, 0, 0, 0, 0.0, 0.0, 0, 0.0, 0.0)
+    return dataclasses.asdict(drove) | {"drives": drives}
 
 
 def test_legs_of_tours_are_counted_once_each():

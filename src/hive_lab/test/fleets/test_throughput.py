@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 pytest.importorskip("ompl")
 
-from hive_lab.fleets import throughput
+from hive_lab.fleets import delays, throughput
 from hive_lab.fleets.sites import LOWER_DOOR, SITES
 from hive_lab.fleets.throughput import Trouble, measure
 
@@ -18,8 +20,8 @@ def crowds(monkeypatch):
     made = []
 
     class Kept(throughput.Crowd):
-        def __init__(self, *args):
-            super().__init__(*args)
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
             made.append(self)
 
     monkeypatch.setattr(throughput, "Crowd", Kept)
@@ -35,6 +37,19 @@ def test_people_walk_among_the_robots(crowds):
         "person 2",
         "person 3",
     ]
+
+
+def test_robots_stop_at_random_where_they_are_delayed(crowds, monkeypatch):
+    monkeypatch.setattr(delays, "CHANCE", 1.0)
+    monkeypatch.setattr(delays, "SHORTEST", delays.LONGEST)
+    for delayed in (True, False):
+        measure(SITES["lab"](), 2, 2.0, ("ld60",), trouble=Trouble(delays=delayed))
+    stopped, free = (
+        [each.simulation.odometry(name) for name in each.simulation.names] for each in crowds
+    )
+
+    assert all(place == pytest.approx((0.0, 0.0, 0.0)) for place in stopped)
+    assert any(math.hypot(*place[:2]) > 0.1 for place in free)
 
 
 def test_a_lane_closes_for_the_middle_third_and_no_goal_is_in_it(crowds, monkeypatch):

@@ -93,6 +93,7 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     help="How many people walk among each fleet, for traffic.",
 )
 @click.option("--close", is_flag=True, help="A lane closes and opens again, for traffic.")
+@click.option("--delays", is_flag=True, help="Robots stop for 1 to 3 s at random, for traffic.")
 @click.option("--site", metavar="NAME", help="hall, lab or warehouse, for traffic.")
 @click.option("--ros", is_flag=True, help="A hive on ROS, planned and local, for traffic.")
 @click.option(
@@ -130,6 +131,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench traffic --faults 1000
       hive bench traffic --people 5
       hive bench traffic --close
+      hive bench traffic --delays
       hive bench traffic --ros
       hive bench traffic --adversarial
       hive bench vda5050 --robots 50

@@ -209,6 +209,7 @@ BENCHES: Mapping[str, Bench] = {
             "local",
             "people",
             "close",
+            "delays",
             "ros",
             "adversarial",
             "resume",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hive_lab.fleets.delays import Delays
 from hive_lab.fleets.sites import hall
 from hive_lab.fleets.traffic import STEP, STEPS_PER_ROUND, Traffic
 from robot_description.models import load_model
@@ -81,6 +82,8 @@ class Crowd:
         models: Sequence[str] = MODELS,
         traffic_of: Callable[[Simulation, Site], Traffic] = by_right_of_way,
         avoided: Box | None = None,
+        *,
+        delayed: bool = False,
     ) -> None:
         """Put robots down at random.
 
@@ -92,6 +95,7 @@ class Crowd:
             models: The robots' models, in turn.
             traffic_of: Makes the robots' navigation, and what coordinates it.
             avoided: Where no robot starts or has a goal.
+            delayed: Whether robots stop at random; see `Delays`.
         """
         site = site or hall()
         self.simulation = Simulation(site.world, seed=seed)
@@ -105,6 +109,7 @@ class Crowd:
         self._stuck: dict[str, StuckDetector] = {}
         for number in range(robots):
             self._put(robot_name(number), models[number % len(models)], (seed, number))
+        self._delays = Delays(seed) if delayed else None
         self._steps = 0
 
     def run(self, seconds: float) -> None:
@@ -117,6 +122,9 @@ class Crowd:
         for name, navigator in self.traffic.navigators.items():
             if navigator.goal is None:
                 self._give_goal(name)
+        if self._delays is not None:
+            names, now = self.simulation.names, self.simulation.time
+            self.traffic.stopped = self._delays.stopped(names, now)
         self.traffic.step()
         if self._steps % STEPS_PER_ROUND == 0:
             self._watch()

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much of its throughput a fleet keeps when it grows, people walk about, or a lane closes."""
+"""How much of its throughput a fleet keeps.
+
+When it grows, people walk about, a lane closes, or robots stop at random.
+"""
 
 from __future__ import annotations
 
@@ -84,10 +87,12 @@ class Trouble:
     Attributes:
         people: How many people walk about.
         closes: Whether the site's lane is closed for the middle third of the time.
+        delays: Whether robots stop at random; see `Delays`.
     """
 
     people: int = 0
     closes: bool = False
+    delays: bool = False
 
 
 def measure(
@@ -116,7 +121,8 @@ def measure(
     site = with_people(site, trouble.people, seed)
     zones = site.zones if trouble.closes else ()
     traffic_of = partial(by_a_plan, models, zones) if planned else by_right_of_way
-    crowd = Crowd(robots, seed, site, models, traffic_of, site.lane if trouble.closes else None)
+    avoided = site.lane if trouble.closes else None
+    crowd = Crowd(robots, seed, site, models, traffic_of, avoided, delayed=trouble.delays)
     coordinator = crowd.traffic.coordinator
     began = time.process_time()
     if trouble.closes and coordinator is not None:

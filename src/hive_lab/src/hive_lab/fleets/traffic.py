@@ -36,6 +36,7 @@ class Traffic:
         outcomes: How the latest goal of each robot ended.
         deaf: Robots that hear nobody.
         held_up: Robots whose process gets no processor: their control loop does not run.
+        stopped: Robots whose wheels do not turn, whatever their control loop wants.
         coordinator: Plans for all robots; None lets them go by the right of way alone.
         plan_times: Processor time of each of its plans [s].
     """
@@ -47,6 +48,7 @@ class Traffic:
         self.outcomes: dict[str, GoalOutcome] = {}
         self.deaf: set[str] = set()
         self.held_up: set[str] = set()
+        self.stopped: set[str] = set()
         self.coordinator = coordinator
         self.plan_times: list[float] = []
         self._simulation = simulation
@@ -128,7 +130,8 @@ class Traffic:
         tick = self.navigators[name].tick(
             self._simulation.time, pose, self.scan_of(name, ranges), heard
         )
-        self._simulation.set_command(name, *tick.velocity)
+        wanted = (0.0, 0.0, 0.0) if name in self.stopped else tick.velocity
+        self._simulation.set_command(name, *wanted)
         self.announce(tick.announcement)
         if tick.outcome is not None:
             self.outcomes[name] = tick.outcome

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 ALONE = 1800.0  # how long one robot alone drives [s]
 LONGEST_STAND = 30.0  # [s]
+BY_DELAYS = 0.05  # share of its throughput that a fleet may lose because robots stop at random
 LD60 = ("ld60",)
 
 
@@ -90,27 +91,26 @@ def of_fleets(
         fleets: Which ones.
         seconds: How long each drives, simulated [s].
         runs: With how many seeds, from 1 on.
-        trouble: What is in their way.
+        trouble: What is in their way. With delays, they drive without them too.
         kept: Knows runs that have been done, and keeps those that are done now.
         planned: Whether a traffic planner coordinates them.
     """
-    how = "planned" if planned else "local"
-    if trouble.people:
-        how += f", {trouble.people} people"
-    if trouble.closes:
-        how += ", lane closes"
+    troubles = [trouble]
+    if trouble.delays:
+        troubles.append(dataclasses.replace(trouble, delays=False))
     alone = {
         f"{site} {model} alone, {ALONE:g} s": (_driven, (Fleet(site, 1, (model,)), 1, ALONE))
         for site, model in sorted({(f.site, model) for f in fleets for model in f.models})
     }
     seeds = {
-        (fleet, seed): f"{fleet.name}, {how}, seed {seed}, {seconds:g} s"
+        (fleet, its, seed): f"{fleet.name}, {_how(its, planned)}, seed {seed}, {seconds:g} s"
         for fleet in fleets
+        for its in troubles
         for seed in range(1, runs + 1)
     }
     driven = {
-        name: (_driven, (fleet, seed, seconds, planned, trouble))
-        for (fleet, seed), name in seeds.items()
+        name: (_driven, (fleet, seed, seconds, planned, its))
+        for (fleet, its, seed), name in seeds.items()
     }
     found = [_throughput(data) for data in kept.all_of(alone | driven)]
     times: dict[tuple[str, str], TimeAlone] = {}
@@ -121,9 +121,16 @@ def of_fleets(
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}
     for fleet in fleets:
-        its = [drove for (other, _), drove in of_fleet.items() if other == fleet]
         on_site = {model: times[fleet.site, model] for model in fleet.models}
-        for name, value, aim in _figures(fleet, its, on_site):
+        found_in = [
+            [drove for key, drove in of_fleet.items() if key[:2] == (fleet, its)]
+            for its in troubles
+        ]
+        listed = [*_figures(fleet, found_in[0], on_site)]
+        if trouble.delays:
+            delayed, free = (_kept(each, on_site) for each in found_in)
+            listed.append(("loses by delays", 1.0 - delayed / free, BY_DELAYS))
+        for name, value, aim in listed:
             figures[f"{fleet.name} {name}"] = value
             if aim is not None:
                 aims[f"{fleet.name} {name}"] = aim
@@ -131,13 +138,29 @@ def of_fleets(
     return BenchResult(figures, aims, contacts)
 
 
+def _how(trouble: Trouble, planned: bool) -> str:
+    """Return what the name of a run says of it."""
+    how = "planned" if planned else "local"
+    if trouble.people:
+        how += f", {trouble.people} people"
+    if trouble.closes:
+        how += ", lane closes"
+    if trouble.delays:
+        how += ", delays"
+    return how
+
+
+def _kept(found: Sequence[Throughput], alone: Mapping[str, TimeAlone]) -> float:
+    """Return the share of its throughput that a fleet keeps, the mean of some runs."""
+    return statistics.mean(share_kept(each, alone) for each in found)
+
+
 def _figures(
     fleet: Fleet, found: Sequence[Throughput], alone: Mapping[str, TimeAlone]
 ) -> Iterator[tuple[str, float, float | None]]:
     """Yield a fleet's figures by name, with their aims."""
     yield "goals per hour and robot", statistics.mean(each.rate for each in found), None
-    kept = statistics.mean(share_kept(each, alone) for each in found)
-    yield "loses", 1.0 - kept, fleet.loses
+    yield "loses", 1.0 - _kept(found, alone), fleet.loses
     yield "contacts", float(sum(each.contacts for each in found)), 0.0
     yield "wall contacts", float(sum(each.wall_contacts for each in found)), 0.0
     yield "person contacts", float(sum(each.person_contacts for each in found)), 0.0

@@ -37,6 +37,7 @@ def run(
     local: bool = False,
     people: int = 0,
     close: bool = False,
+    delays: bool = False,
     ros: bool = False,
     adversarial: int = 0,
     resume: Path | None = None,
@@ -57,6 +58,7 @@ def run(
         local: Whether fleets go by the right of way alone.
         people: How many people walk about among each fleet.
         close: Whether a lane of each site closes for the middle third of the time.
+        delays: Whether robots stop at random.
         ros: Whether a hive on ROS drives, with the traffic planner and without.
         adversarial: In how many small hard layouts a fleet drives.
         resume: Where the result of each run is kept, so that a long measurement can go on.
@@ -67,7 +69,8 @@ def run(
         `makespan` and `service time` [steps], processor time of a plan [ms]. Of a fleet: goals per
         hour and robot, the share that it `loses` of its throughput, contacts, goals given up, the
         longest stand of a robot with a goal [s], the locks that the traffic planner has found,
-        processor time of a plan [ms] and for a simulated second [s]. Of faults: contacts, the
+        processor time of a plan [ms] and for a simulated second [s]; with delays, what it loses
+        by them. Of faults: contacts, the
         first seed with one (-1 if none), the longest stand [s]. Of layouts: those `unsolved`, in
         which a robot did not get to its goal within 300 s, the first seed that failed (-1 if
         none), contacts, the longest stands and run [s], the locks that the traffic planner has
@@ -91,5 +94,5 @@ def run(
         return in_layouts(adversarial, kept)
     if faults:
         return with_faults(faults, kept)
-    fleets, trouble = chosen(site, robots), Trouble(people, close)
+    fleets, trouble = chosen(site, robots), Trouble(people, close, delays)
     return of_fleets(fleets, 60.0 * minutes, runs, trouble, kept, planned=not local)
