@@ -38,6 +38,16 @@ def test_lines_are_near_to_others_if_shapely_says_so(seed):
     assert set(zip(one.tolist(), other.tolist(), strict=True)) == expected
 
 
+def test_lines_far_from_the_origin_are_found_and_of_none_none_is_near():
+    line = np.array([[3e7, -4e7, 3e7 + 1.0, -4e7]])
+
+    one, other = Lines(line).near(line + 0.2, np.array([0.3]))
+    nothing, _ = Lines(line[:0]).near(line, np.array([0.3]))
+
+    assert (one.tolist(), other.tolist()) == ([0], [0])
+    assert not len(nothing)
+
+
 def test_a_body_that_drives_blocks_each_part_of_its_track_until_it_has_left_it():
     roadmap, number = grid_map(["......"])
     body = Body(RADIUS, ((0.0, 0.0, 0.0), (2 * CELL, 0.0, 4.0), (4 * CELL, 0.0, math.inf)))

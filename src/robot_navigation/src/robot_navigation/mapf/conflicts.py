@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +45,11 @@ class Conflicts:
 
     begins: Indices
     blocked: Indices
+
+    @cached_property
+    def most(self) -> int:
+        """How many things an action blocks at most."""
+        return int(np.diff(self.begins).max(initial=0))
 
 
 def ways(roadmap: Roadmap) -> Indices:
@@ -78,15 +84,32 @@ class Lines:
 
     def __init__(self, lines: Array) -> None:
         self.lines = lines
-        self._order = _by_rows(lines)
+        rows = np.floor((lines[:, 1] + lines[:, 3]) / 2 / ROW)
+        middles = (lines[:, 0] + lines[:, 2]) / 2
+        self._order = np.lexsort((middles, rows))
         self._sorted = np.ascontiguousarray(lines[self._order])
+        self._middles = middles[self._order]
+        self._lowest = int(rows.min()) if len(rows) else 0
+        every = self._lowest + np.arange(int(np.ptp(rows)) + 2 if len(rows) else 1)
+        self._begins: Indices = np.searchsorted(rows[self._order], every)
+        self._wide = float(np.abs(lines[:, 0] - lines[:, 2]).max(initial=0.0)) / 2
+        self._high = float(np.abs(lines[:, 1] - lines[:, 3]).max(initial=0.0)) / 2
 
     def __len__(self) -> int:
         return len(self.lines)
 
     def near(self, lines: Array, limits: Array) -> tuple[Indices, Indices]:
         """Return which of some lines, (n, 4), are nearer than their limits, (n,) [m], to which."""
-        one, other = _nearer(np.ascontiguousarray(lines), self._sorted, limits)
+        one, other = _nearer(
+            np.ascontiguousarray(lines),
+            limits,
+            self._sorted,
+            self._middles,
+            self._begins,
+            self._lowest,
+            self._wide,
+            self._high,
+        )
         return one, self._order[other]
 
 
@@ -156,13 +179,6 @@ class SpatialConflicts:
             self._things + other,
         ]
         return _table(np.concatenate(rows), np.concatenate(blocked), total)
-
-
-def _by_rows(lines: Array) -> Indices:
-    """Return the order in which lines (k, 4) are looked up: by rows, then along them."""
-    rows = np.floor((lines[:, 1] + lines[:, 3]) / 2 / ROW)
-    order: Indices = np.lexsort(((lines[:, 0] + lines[:, 2]) / 2, rows))
-    return order
 
 
 def _rows(near: Indices, blocked: Indices, users: Indices, actions: int) -> Conflicts:
@@ -242,18 +258,32 @@ def _are_near(
     )
 
 
-@compiled("Tuple((int64[::1], int64[::1]))(float64[:, ::1], float64[:, ::1], float64[::1])")
-def _nearer(segments: Array, others: Array, limits: Array) -> tuple[Indices, Indices]:
+@compiled(
+    "Tuple((int64[::1], int64[::1]))(float64[:, ::1], float64[::1], float64[:, ::1], float64[::1],"
+    " int64[::1], int64, float64, float64)"
+)
+def _nearer(
+    segments: Array,
+    limits: Array,
+    others: Array,
+    middles: Array,
+    begins: Indices,
+    lowest: int,
+    wide: float,
+    high: float,
+) -> tuple[Indices, Indices]:
     """Return which segments (k, 4) are nearer than their limits (k,) [m] to which others.
 
-    The others are ordered by the rows, `ROW` high, and by the x of their middles.
+    Args:
+        segments: x, y, x, y [m].
+        limits: [m]
+        others: (n, 4) ordered by the rows, `ROW` high, and by the x of their middles.
+        middles: (n,) these x [m].
+        begins: Row r has the others from `begins[r - lowest]` to `begins[r - lowest + 1]`.
+        lowest: The first row.
+        wide: How far the others reach from their middles along x, at most [m].
+        high: The same along y [m].
     """
-    middles = (others[:, 0] + others[:, 2]) / 2
-    rows = np.floor((others[:, 1] + others[:, 3]) / 2 / ROW)
-    wide, high = 0.0, 0.0
-    for k in range(len(others)):
-        wide = max(wide, abs(others[k, 0] - others[k, 2]) / 2)
-        high = max(high, abs(others[k, 1] - others[k, 3]) / 2)
     size, found = 1024, 0
     first, second = np.empty(size, np.int64), np.empty(size, np.int64)
     for i in range(len(segments)):
@@ -262,12 +292,13 @@ def _nearer(segments: Array, others: Array, limits: Array) -> tuple[Indices, Ind
         reach = abs(ax - bx) / 2 + wide + limit
         up = abs(ay - by) / 2 + high + limit
         x, y = (ax + bx) / 2, (ay + by) / 2
-        row, last = np.floor((y - up) / ROW), np.floor((y + up) / ROW)
+        row = max(int(np.floor((y - up) / ROW)) - lowest, 0)
+        last = min(int(np.floor((y + up) / ROW)) - lowest, len(begins) - 2)
         while row <= last:
-            begin, end = np.searchsorted(rows, row), np.searchsorted(rows, row, side="right")
-            k = begin + np.searchsorted(middles[begin:end], x - reach)
+            end = begins[row + 1]
+            k = begins[row] + np.searchsorted(middles[begins[row] : end], x - reach)
             while k < end and middles[k] <= x + reach:
-                cx, cy, dx, dy = others[k]
+                cx, cy, dx, dy = others[k, 0], others[k, 1], others[k, 2], others[k, 3]
                 if _are_near(ax, ay, bx, by, cx, cy, dx, dy, limit):
                     if found == size:
                         size *= 2

@@ -140,19 +140,24 @@ class Fleet:
             left=0.0 if task.goal < 0 else self.searches[robot].alone(task),
         )
 
-    def find(self, robot: int) -> Path | None:
+    def find(self, robot: int, most: float = math.inf) -> Path | None:
         """Return the fastest path of a robot among the others, or None.
 
         It keeps to where it drove before unless another way is faster by `STICK`.
+
+        Args:
+            robot: The robot.
+            most: What another path may cost at most; see `cost` [s].
         """
+        latest = math.inf if self.tasks[robot].goal < 0 else most
         if robot not in self.habits:
-            return self._found(robot, self.reservations)
+            return self._found(robot, self.reservations, latest=latest)
         task = self.tasks[robot]
         kept = self._found(robot, self.reservations, self.habits[robot])
         soonest = task.ready + self.searches[robot].alone(task)
         if kept is not None and kept.complete and kept.end <= soonest + STICK:
             return kept
-        path = self._found(robot, self.reservations)
+        path = self._found(robot, self.reservations, latest=latest)
         if kept is None or path is None or (path.complete and not kept.complete):
             return path
         return kept if kept.end + kept.left <= path.end + path.left + STICK else path
@@ -166,7 +171,11 @@ class Fleet:
         self.put(robot, found)
 
     def _found(
-        self, robot: int, reservations: Reservations, only: Indices | None = None
+        self,
+        robot: int,
+        reservations: Reservations,
+        only: Indices | None = None,
+        latest: float = math.inf,
     ) -> Path | None:
         """Return the fastest path of a robot among reservations, or None."""
         return self.searches[robot].find(
@@ -177,6 +186,7 @@ class Fleet:
             self._states,
             self.dwells[robot],
             only,
+            latest,
         )
 
     def cost(self, robot: int) -> float:
@@ -190,14 +200,20 @@ class Fleet:
             return path.end
         return max(path.end, min(self._horizon, NEVER)) + path.left
 
-    def delay(self, robot: int) -> float:
-        """Return how much later a robot gets to its goal than if it were alone [s]."""
+    def least(self, robot: int) -> float:
+        """Return when a robot gets to its goal if it is alone [s]; 0 without one."""
         task = self.tasks[robot]
         if task.goal < 0:
             return 0.0
         if robot not in self._alone:
             self._alone[robot] = self.searches[robot].alone(task)
-        return max(self.cost(robot) - task.ready - self._alone[robot], 0.0)
+        return task.ready + self._alone[robot]
+
+    def delay(self, robot: int) -> float:
+        """Return how much later a robot gets to its goal than if it were alone [s]."""
+        if self.tasks[robot].goal < 0:
+            return 0.0
+        return max(self.cost(robot) - self.least(robot), 0.0)
 
     def hinder(self, robot: int) -> list[int]:
         """Return who is in a robot's way if it goes as if it were alone."""

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from robot_navigation.mapf.fleet import Fleet
-    from robot_navigation.mapf.path_search import Path
 
 SMALLEST, LARGEST = 2, 8  # robots of a neighbourhood
 TRIED = 0.7  # how much less likely a robot is chosen again each time it did not help
@@ -63,21 +62,22 @@ def _neighbours(
 
 def _replan(fleet: Fleet, robots: Sequence[int], chance: random.Random, gain: float) -> bool:
     """Plan some robots anew; return whether it is better, else nothing changed."""
-    before: dict[int, Path] = {}
-    cost = sum(fleet.cost(robot) for robot in robots)
-    for robot in robots:
-        before[robot] = fleet.take(robot)
+    most = sum(fleet.cost(robot) for robot in robots) - gain
+    spent = sum(fleet.least(robot) for robot in robots)  # and what is to be spent at least
     order = list(robots)
     if chance.random() < 0.5:  # noqa: PLR2004  (evenly)
         chance.shuffle(order)
-    spent = 0.0
+    if spent > most:
+        return False
+    before = {robot: fleet.take(robot) for robot in robots}
     for robot in order:
-        path = fleet.find(robot)
+        spent -= fleet.least(robot)
+        path = fleet.find(robot, most - spent)
         if path is None:
             break
         fleet.put(robot, path)
         spent += fleet.cost(robot)
-        if spent > cost - gain:
+        if spent > most:
             break
     else:
         return True

@@ -18,6 +18,7 @@ from robot_navigation.mapf.sipp import (
     NOTHING,
     Graph,
     Workspace,
+    add_legs,
     safe_interval,
     search,
     time_onwards,
@@ -221,32 +222,23 @@ class PathSearch:
 
     def times_from(self, goal: int) -> Array:
         """Return the time from each place of the roadmap to a goal, turning at once [s]."""
-        exits, last, _ = self._exits(goal)
-        return self._kept(
-            ("places", self._key(goal)),
-            lambda: times_by_place(
-                self._into, self._lanes_in, self._from, self._durations, exits, last
-            ),
-        )
+
+        def compute() -> Array:
+            exits, last, _ = self._exits(goal)
+            lanes = self._into, self._lanes_in, self._from, self._durations
+            return times_by_place(*lanes, exits, last)
+
+        return self._kept(("places", self._key(goal)), compute)
 
     def _times_by_lane(self, goal: int) -> Array:
         """Return the time from the end of each lane of the roadmap to a goal [s]."""
-        exits, last, headings = self._exits(goal)
-        return self._kept(
-            ("lanes", self._key(goal)),
-            lambda: times_by_lane(
-                self._into,
-                self._lanes_in,
-                self._from,
-                self._durations,
-                self._angles,
-                exits,
-                last,
-                headings,
-                self._turn,
-                self._stand,
-            ),
-        )
+
+        def compute() -> Array:
+            exits = self._exits(goal)
+            lanes = self._into, self._lanes_in, self._from, self._durations, self._angles
+            return times_by_lane(*lanes, *exits, self._turn, self._stand)
+
+        return self._kept(("lanes", self._key(goal)), compute)
 
     def times(self, task: Task) -> Array:
         """Return the time from each node to a task's goal [s]; the last one is for its start.
@@ -269,11 +261,8 @@ class PathSearch:
             found[goal] = 0.0
             return found
         found[: len(self._from)] = self._times_by_lane(goal)
-        to = self.graph.to[self._first_leg :]
-        found[self._first_leg : -1][to == goal] = 0.0
-        for leg in np.flatnonzero((self._leg_from == start) & (to != goal)):
-            angle = float(self.graph.angles[self._first_leg + leg])
-            found[self._first_leg + leg] = self._onwards(int(to[leg]), angle, found)
+        graph, ends = self.graph, (start, goal)
+        add_legs(*graph[:4], *graph[6:9], found, *ends, self._turn, self._stand)
         return found
 
     def _onwards(self, place: int, heading: float, times: Array) -> float:
@@ -326,6 +315,7 @@ class PathSearch:
         limit: int,
         dwell: float = math.inf,
         only: Indices | None = None,
+        latest: float = math.inf,
     ) -> Path | None:
         """Return the fastest path among reservations, or None if there is none at all.
 
@@ -338,6 +328,7 @@ class PathSearch:
             limit: Most states to look at.
             dwell: For how long it must be able to stay at its goal [s].
             only: The lanes and legs that it may use, (k,); None for all.
+            latest: When it has to get to its goal, from its end on alone; None if it cannot [s].
         """
         times = self.times(task)
         if only is not None:
@@ -372,6 +363,7 @@ class PathSearch:
             self._stand,
             dwell if task.goal >= 0 else math.inf,
             horizon,
+            latest,
             limit if task.goal >= 0 else min(limit, ASIDE),
         )
         goals[goal] = was_goal

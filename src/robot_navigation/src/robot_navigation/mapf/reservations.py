@@ -64,10 +64,7 @@ class Reservations:
             times: (k, 2) from when to when [s].
         """
         for other, (fixed, more) in enumerate(self._conflicts[size]):
-            known = actions[actions < len(fixed.begins) - 1]
-            need = int((fixed.begins[known + 1] - fixed.begins[known]).sum())
-            need += int((more.begins[actions + 1] - more.begins[actions]).sum())
-            self._grow(need)
+            self._grow(len(actions) * (fixed.most + more.most))
             add_spans(
                 self.heads[other],
                 self.spans,
@@ -110,20 +107,8 @@ class Reservations:
             end: Until when [s].
         """
         self._grow(len(things))
-        count = len(things)
-        add_spans(
-            self.heads[size],
-            self.spans,
-            self.links,
-            self._free,
-            who,
-            np.arange(count),
-            np.tile([begin, end], (count, 1)),
-            np.arange(count + 1),
-            things,
-            np.zeros(count + 1, dtype=np.intp),
-            things[:0],
-        )
+        lists = self.heads[size], self.spans, self.links, self._free
+        block_things(*lists, who, things, begin, end)
 
     def unblock(self, who: int, size: int, things: Indices) -> None:
         """Free what `block` reserved."""
@@ -188,6 +173,42 @@ class Reservations:
 
 
 @compiled(
+    "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64, float64, float64)"
+)
+def _insert(
+    heads: Indices,
+    spans: Array,
+    links: Indices,
+    free: Indices,
+    who: int,
+    thing: int,
+    begin: float,
+    end: float,
+) -> None:
+    """Add a span to the list of a thing; what somebody blocks without a break is one span."""
+    before = -1
+    at = heads[thing]
+    while at >= 0 and spans[at, 0] <= begin:
+        if links[at, 1] == who and spans[at, 1] >= begin - 1e-9:
+            spans[at, 1] = max(spans[at, 1], end)
+            return
+        before = at
+        at = links[at, 0]
+    if free[1] >= 0:
+        new = free[1]
+        free[1] = links[new, 0]
+    else:
+        new = free[0]
+        free[0] += 1
+    spans[new, 0], spans[new, 1] = begin, end
+    links[new, 0], links[new, 1] = at, who
+    if before < 0:
+        heads[thing] = new
+    else:
+        links[before, 0] = new
+
+
+@compiled(
     "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64[::1],"
     " float64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1])"
 )
@@ -204,10 +225,7 @@ def add_spans(
     more_begins: Indices,
     more_blocked: Indices,
 ) -> None:
-    """Add what a robot blocks; see `Reservations.add`.
-
-    What it blocks without a break is one span.
-    """
+    """Add what a robot blocks; see `Reservations.add`."""
     for k in range(len(actions)):
         begin, end = times[k, 0], times[k, 1]
         known = 0
@@ -219,30 +237,26 @@ def add_spans(
                 thing = blocked[begins[actions[k]] + item]
             else:
                 thing = more_blocked[more_begins[actions[k]] + item - known]
-            before = -1
-            at = heads[thing]
-            joined = False
-            while at >= 0 and spans[at, 0] <= begin:
-                if links[at, 1] == who and spans[at, 1] >= begin - 1e-9:
-                    spans[at, 1] = max(spans[at, 1], end)
-                    joined = True
-                    break
-                before = at
-                at = links[at, 0]
-            if joined:
-                continue
-            if free[1] >= 0:
-                new = free[1]
-                free[1] = links[new, 0]
-            else:
-                new = free[0]
-                free[0] += 1
-            spans[new, 0], spans[new, 1] = begin, end
-            links[new, 0], links[new, 1] = at, who
-            if before < 0:
-                heads[thing] = new
-            else:
-                links[before, 0] = new
+            _insert(heads, spans, links, free, who, thing, begin, end)
+
+
+@compiled(
+    "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64[::1], float64,"
+    " float64)"
+)
+def block_things(
+    heads: Indices,
+    spans: Array,
+    links: Indices,
+    free: Indices,
+    who: int,
+    things: Indices,
+    begin: float,
+    end: float,
+) -> None:
+    """Add that somebody blocks some things for a time; see `Reservations.block`."""
+    for thing in things:
+        _insert(heads, spans, links, free, who, thing, begin, end)
 
 
 @compiled("void(int64[::1], int64[:, ::1], int64[::1], int64, int64[::1], int64[::1], int64[::1])")

@@ -83,10 +83,18 @@ def _last_before(
     -1 if there is none. Of two that begin at the same time, `mine` is the second if it `yields`.
     """
     last = -1
+    a, b = points[mine], points[mine + 1]
+    left, right = min(a[0], b[0]) - apart, max(a[0], b[0]) + apart
+    low, high = min(a[1], b[1]) - apart, max(a[1], b[1]) + apart
     for its in range(first, end):
         if begins[its] > begins[mine] or (begins[its] == begins[mine] and not yields):
             break
         after = min(its + 1, end - 1)
+        c, d = points[its], points[after]
+        if max(c[0], d[0]) < left or min(c[0], d[0]) > right:
+            continue
+        if max(c[1], d[1]) < low or min(c[1], d[1]) > high:
+            continue
         if segments_apart(points[mine], points[mine + 1], points[its], points[after]) < apart:
             last = its
     return last

@@ -172,7 +172,8 @@ def safe_after(
     "UniTuple(int64, 2)(int64[::1], int64[::1], int64, int64[::1], int64[::1], int64, int64[::1],"
     " float64[::1], float64[::1], boolean[::1], int64[::1], float64[:, ::1], int64[:, ::1],"
     " int64[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64[::1], boolean[::1],"
-    " float64[::1], int64, int64, float64, float64, float64, float64, float64, float64, int64)"
+    " float64[::1], int64, int64, float64, float64, float64, float64, float64, float64, float64,"
+    " int64)"
 )
 def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with less hide its order)
     begins: Indices,
@@ -203,6 +204,7 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
     stand: float,
     dwell: float,
     horizon: float,
+    latest: float,
     limit: int,
 ) -> tuple[int, int]:
     """Find the earliest arrival at one of the goals, to stay there for some time.
@@ -225,6 +227,8 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
         stand: What it costs to stop and drive on [s].
         dwell: For how long it must be able to stay at its goal [s].
         horizon: From when on it may end at any place where it can stay for ever [s].
+        latest: It gives up when no path leads to a goal by then, beyond its end alone [s]; without
+            a horizon, it ends as near as it can by then.
         limit: Most states to look at.
 
     Returns:
@@ -247,6 +251,10 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
         count = 1
         size = push(heap_keys, heap, size, ready + togo[start_node], 0.0, 0)
     while size > 0 and done < limit and count < len(times) - 64:
+        if heap_keys[0, 0] > latest:
+            if horizon < np.inf:
+                best = -1
+            break
         state = heap[0]
         size = pop(heap_keys, heap, size)
         if links[state, 4] != 0:
@@ -372,6 +380,54 @@ def time_onwards(  # noqa: D417  (the first ones are those of `Graph`)
             turned = turning(bend(heading, angles[lane]), turn, stand)
         least = min(least, turned + durations[lane] + togo[node[lane]])
     return least
+
+
+@compiled(
+    "void(int64[::1], int64[::1], int64, int64[::1], int64[::1], float64[::1], float64[::1],"
+    " float64[::1], int64, int64, float64, float64)"
+)
+def add_legs(  # noqa: D417  (the first ones are those of `Graph`)
+    begins: Indices,
+    legs: Indices,
+    first_leg: int,
+    to: Indices,
+    node: Indices,
+    angles: Array,
+    durations: Array,
+    togo: Array,
+    start: int,
+    goal: int,
+    turn: float,
+    stand: float,
+) -> None:
+    """Note the time to a goal from the end of each leg that leads to it, or away from a start.
+
+    Args:
+        begins: See `Graph`, as all up to `durations`.
+        togo: (nodes + 1,) the time from each node of the roadmap to the goal [s].
+        start: The place where a robot begins.
+        goal: The place to which it drives.
+        turn: Time to turn [s/rad].
+        stand: What it costs to stop and drive on [s].
+    """
+    for leg in range(first_leg, len(to)):
+        if to[leg] == goal:
+            togo[node[leg]] = 0.0
+    for leg in range(first_leg + legs[start], first_leg + legs[start + 1]):
+        if to[leg] != goal:
+            togo[node[leg]] = time_onwards(
+                begins,
+                legs,
+                first_leg,
+                node,
+                angles,
+                durations,
+                togo,
+                to[leg],
+                angles[leg],
+                turn,
+                stand,
+            )
 
 
 @compiled("Tuple((int64[::1], float64[:, ::1]))(float64[:, ::1], int64[:, ::1], int64, int64)")
