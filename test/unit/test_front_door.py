@@ -4,6 +4,7 @@
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -72,28 +73,39 @@ def test_help_names_every_test_level():
 
 
 @pytest.fixture
-def chosen(tmp_path):
-    """Return a function that tells which words `./hive test` gives to pytest."""
+def hive_test(tmp_path):
+    """Return a function that does `./hive test` with some program in place of Python."""
     for name in ("src/a/test", "test/unit", "test/hive", "test/rostest", "test/gui"):
         (tmp_path / name).mkdir(parents=True)
     (tmp_path / "src/a/test/test_a.py").touch()
     python = tmp_path / ".venv/bin/python"
     python.parent.mkdir(parents=True)
-    python.write_text("#!/bin/bash\nprintf '%s\\n' \"$@\"\n")
-    python.chmod(0o755)
+    python.touch(mode=0o755)
     script = (ROOT / "hive").read_text()
     functions = script[script.index("level_folders() {") : script.index("# Tab completion")]
     stubs = 'die() { echo "$*" >&2; exit 1; }; own_master() { :; }; enter() { :; }'
     program = f'root=$PWD; {stubs}\n{functions}\nrun_tests "$@"'
 
-    def words_for(*words):
-        done = subprocess.run(
+    def run(stand_in, *words):
+        python.write_text(f"#!/bin/bash\n{stand_in}\n")
+        return subprocess.run(
             ["bash", "-euc", program, "-", *words],
             cwd=tmp_path,
+            env={name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"},
             capture_output=True,
             text=True,
             check=False,
         )
+
+    return run
+
+
+@pytest.fixture
+def chosen(tmp_path, hive_test):
+    """Return a function that tells which words `./hive test` gives to pytest."""
+
+    def words_for(*words):
+        done = hive_test("printf '%s\\n' \"$@\"", *words)
         told = done.stdout.replace(f"{tmp_path}/", "").splitlines()
         return told[told.index("pythonpath=") + 1 :] if told else done.stderr.strip()
 
@@ -134,6 +146,20 @@ def test_whole_levels_run_in_several_workers_with_a_second_look(chosen, words, f
 )
 def test_a_path_runs_alone_wherever_it_stands(chosen, words):
     assert chosen(*words) == words
+
+
+@pytest.mark.parametrize(
+    ("calculation", "works"), [("a - a", False), ("a + a", True), ("b / 0", True)]
+)
+def test_a_calculation_without_a_result_ends_the_programs_that_tests_start(
+    hive_test, calculation, works
+):
+    numbers = "a, b = np.array([np.inf]), np.array([1.0])"
+    program = f"import numpy as np; {numbers}; {calculation}"
+
+    done = hive_test(f'exec {sys.executable} -c "{program}"')
+
+    assert (done.returncode == 0) == works, done.stderr
 
 
 def test_a_word_that_is_neither_a_level_nor_a_path_is_named(chosen):
@@ -342,7 +368,7 @@ def test_setup_with_arguments_is_refused_in_one_line():
     assert refused.stderr == "hive: setup takes no arguments, and was given: everything\n"
 
 
-def test_ci_runs_the_same_test_command_as_people():
+def test_ci_runs_the_same_hive_test_as_people():
     assert "exec ./hive test" in (ROOT / ".ci/run").read_text()
 
 
