@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 BACK = math.radians(150)  # a robot that turns by more goes back [rad]
 PATIENCE = 40.0  # so old a goal is planned for without trust that others leave theirs [s]
-IMPROVEMENTS = 20  # parts of a plan that are made anew each time
+IMPROVEMENTS = 60  # parts of a plan that are made anew each time
 REST = 3.0  # a search for a group that found nothing is not made again for so long [s]
 GAIN = 2.0  # by how much they have to get shorter, so that robots keep their paths [s]
 SHORT = 0.1  # a way that is not worth driving [m]
