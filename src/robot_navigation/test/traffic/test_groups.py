@@ -15,7 +15,7 @@ from robot_navigation.mapf import joint_planner
 from robot_navigation.mapf.coupled import REACH
 from robot_navigation.mapf.joint_planner import Timetable
 from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.mapf.route import NO_PLAN, PlanNumber
+from robot_navigation.mapf.route import NO_PLAN, PlanNumber, marks
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.committed import AT_GOAL, STANDS, STILL, Drive, Tracked
 from robot_navigation.traffic.coordinator import REST, Coordinator, _timetable
@@ -164,6 +164,21 @@ def test_a_robot_that_has_stopped_just_before_the_end_of_its_route_stands(lane):
     tracked.hear(moved)
     assert tracked.committed(STILL + 0.1).ahead > 0.0
     assert math.isfinite(tracked.committed(STILL + 0.1).ahead)
+
+
+@pytest.mark.parametrize("passes", [False, True])
+def test_a_robot_at_its_goal_goes_on_if_its_course_leads_away_and_back(passes):
+    near, away, goal = (0.97, 0.0), (3.0, 0.0), (1.0, 0.05)
+    points = ((0.0, 0.0), near, away, goal) if passes else ((0.0, 0.0), near, goal)
+    said = replace(at("a", goal, where=near), plan=PlanNumber(1, 1), passed=960)
+    tracked = Tracked(said)
+    course = replace(drive(points, (1,) * len(points), complete=True), plan=said.plan)
+    tracked.give(replace(course, marks=marks(0, points)))
+
+    begun = tracked.committed(0.0)
+
+    assert begun.rest.points[-1] == goal
+    assert (begun.points[-1] != goal) == passes
 
 
 @pytest.mark.parametrize("complete", [False, True])

@@ -203,7 +203,9 @@ class Tracked:
     def _standing(self, left: Drive, here: Point) -> Committed:
         """Return where a robot goes on that has stopped; it can still do anything."""
         stays = self.said.goal in {None, left.goal}
-        if stays and left.complete and math.dist(here, left.points[-1]) < AT_GOAL:
+        # A course may pass a goal, to make way, and come back to it.
+        ends = left.marks[-1] - self.said.passed < 2 * AT_GOAL * PER_METRE
+        if stays and left.complete and ends and math.dist(here, left.points[-1]) < AT_GOAL:
             rest = left.cut(left.marks[-1])
             return Committed(left.marks[0], left.points, left.places, 0.0, rest)
         for index, point in enumerate(left.points[:2]):
