@@ -332,9 +332,11 @@ class JointPlanner:
         settings = self.settings
         searches = [self._search(agent) for agent in agents]
         radii = sorted({agent.radius for agent in agents})
+        apart = {one + other + settings.gap for one in radii for other in radii}
+        conflicts = {distance: self._conflict(distance, agents) for distance in apart}
         reservations = Reservations(
             len(self._known) + len(self._ends.points) + len(self._ends.legs),
-            [[self._conflict(one, other, agents) for other in radii] for one in radii],
+            [[conflicts[one + other + settings.gap] for other in radii] for one in radii],
         )
         tasks = []
         for agent, search in zip(agents, searches, strict=True):
@@ -499,13 +501,10 @@ class JointPlanner:
             self._searches[motion].join(self._ends)
         return self._searches[motion]
 
-    def _conflict(
-        self, radius: float, other: float, agents: Sequence[Agent]
-    ) -> tuple[Conflicts, Conflicts]:
-        """Return what robots of one radius block for those of another [m], and more with ends."""
+    def _conflict(self, apart: float, agents: Sequence[Agent]) -> tuple[Conflicts, Conflicts]:
+        """Return what robots block for those that must stay so far away [m], and more with ends."""
         if self._classical is not None:
             return self._classical
-        apart = radius + other + self.settings.gap
         if apart not in self._conflicts:
             self._conflicts[apart] = SpatialConflicts(self.roadmap, self._ways, apart)
         crowded = np.full(len(self._ends.points), -1, dtype=np.intp)
