@@ -502,7 +502,7 @@ class JointPlanner:
         return self._searches[motion]
 
     def _conflict(self, apart: float, agents: Sequence[Agent]) -> tuple[Conflicts, Conflicts]:
-        """Return what robots block for those that must stay so far away [m], and more with ends."""
+        """Return what robots block for others that must be so far away [m], and more with ends."""
         if self._classical is not None:
             return self._classical
         if apart not in self._conflicts:
