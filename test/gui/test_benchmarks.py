@@ -6,7 +6,7 @@ import sys
 import pytest
 from python_qt_binding.QtCore import QSettings
 
-from fleet_manager.client.comparison_files import PAGE, TABLE
+from fleet_manager.client.comparison_files import PAGE, SHOWN, TABLE
 from fleet_manager.gui.benchmarks import Benchmarks
 from hive_lab.runner.limits import CASE
 
@@ -21,8 +21,11 @@ fleet: ./fleet.yaml
 tasks:
   - {id: A, type: GA, goals: [[3.6, 2.0]]}
 """
-HANGS = "import time, sys; print('{}', flush=True); time.sleep(600)"
+HANGS = "import time; time.sleep(600)"
 """Stands for runs that take long."""
+
+ODD = ("a warning", "[]", "3", "{}", '{"share": null}', '{"share": 0.5}', '{"folder": 4}', "\xff")
+"""Lines of a program that are not about its runs."""
 
 
 @pytest.fixture
@@ -119,6 +122,28 @@ def test_what_the_files_say_is_wrong_is_shown_in_one_line(person, opened):
     person.wait_until(window.run_button.isEnabled)
 
     assert "'nowhere': not known; allowed: lab, mixed, warehouse" in window.message.text()
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"table": [], "pictures": {}}', "null"])
+def test_results_that_were_written_by_something_else_are_named(opened, tmp_path, content):
+    window = opened()
+    (tmp_path / SHOWN).write_text(content, encoding="utf-8")
+
+    window.show_results(tmp_path)
+
+    assert window.message.text().startswith(f"{tmp_path} cannot be shown: ")
+    assert not window.page_button.isEnabled()
+
+
+def test_lines_that_are_not_about_the_runs_are_passed_over(person, opened):
+    half = '{"share": 0.5, "remaining": null, "number": 1, "runs": 2, "run": "lab"}'
+    window = opened(sys.executable, "-c", f"print({chr(10).join([*ODD, half])!r}); {HANGS}")
+
+    person.click(window.run_button)
+    person.wait_until(lambda: window.bar.value() == 500)
+
+    assert window.message.text() == "run 1 of 2: lab"
+    assert window.remaining.text() == "remaining time not known yet"
 
 
 def test_runs_that_take_long_can_be_stopped(person, opened):

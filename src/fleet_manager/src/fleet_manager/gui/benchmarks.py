@@ -6,6 +6,7 @@ Another process makes the runs (`hive compare`); this one shows its progress and
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 from pathlib import Path
@@ -168,12 +169,11 @@ class Benchmarks(QWidget):
     def show_results(self, folder: Path) -> None:
         """Show the results in a folder that `hive compare` has written."""
         try:
-            shown = json.loads((folder / SHOWN).read_text(encoding="utf-8"))
+            (head, *rows), pictures = _saved(folder / SHOWN)
         except (OSError, ValueError) as error:
             self._say(f"{folder} cannot be shown: {error}; run the experiment again")
             return
         self._shown = folder
-        head, *rows = shown["table"]
         self.table.setColumnCount(len(head))
         self.table.setHorizontalHeaderLabels(head)
         self.table.setRowCount(len(rows))
@@ -182,7 +182,7 @@ class Benchmarks(QWidget):
                 self.table.setItem(number, column, QTableWidgetItem(text))
         self.table.resizeColumnsToContents()
         self.pictures.clear()
-        for title, file in shown["pictures"].items():
+        for title, file in pictures.items():
             self.pictures.addItem(title, str(folder / file))
         self.page_button.setEnabled(True)
         self.csv_button.setEnabled(True)
@@ -227,19 +227,24 @@ class Benchmarks(QWidget):
         """Show what the process tells."""
         process = self._process
         while process is not None and process.canReadLine():
-            try:
-                told = json.loads(bytes(process.readLine()).decode())
-            except ValueError:
-                continue
-            if "folder" in told:
-                self.show_results(Path(told["folder"]))
-                continue
-            self.bar.setValue(round(1000 * told["share"]))
-            left = told["remaining"]
-            self.remaining.setText(
-                "remaining time not known yet" if left is None else f"about {duration(left)} left"
-            )
-            self._say(f"run {told['number']} of {told['runs']}: {told['run']}")
+            line = bytes(process.readLine())
+            # Libraries print other lines, and an exception here would end the window.
+            with contextlib.suppress(ValueError, KeyError, TypeError):
+                self._show(json.loads(line.decode()))
+
+    def _show(self, told: dict[str, Any]) -> None:
+        """Show a line of the process: the folder of the results, or how far the runs are."""
+        if "folder" in told:
+            self.show_results(Path(told["folder"]))
+            return
+        share, left = round(1000 * told["share"]), told["remaining"]
+        words = f"run {told['number']} of {told['runs']}: {told['run']}"
+        remaining = "remaining time not known yet"
+        if left is not None:
+            remaining = f"about {duration(left)} left"
+        self.bar.setValue(share)
+        self.remaining.setText(remaining)
+        self._say(words)
 
     def _finish(self, code: int) -> None:
         self._read()
@@ -360,3 +365,21 @@ def _column(*widgets: QWidget) -> QWidget:
     for widget in widgets:
         layout.addWidget(widget)
     return column
+
+
+def _saved(file: Path) -> tuple[list[list[str]], dict[str, str]]:
+    """Return the table and the pictures of results, as `hive compare` has written them.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It holds something else.
+    """
+    shown = json.loads(file.read_text(encoding="utf-8"))
+    try:
+        table = [[str(text) for text in row] for row in shown["table"]]
+        pictures = {str(title): str(name) for title, name in shown["pictures"].items()}
+    except (KeyError, TypeError, AttributeError):
+        table, pictures = [], {}
+    if not table:
+        raise ValueError(f"{file.name} has no table and pictures of a comparison")
+    return table, pictures
