@@ -21,10 +21,21 @@ fleet: ./fleet.yaml
 tasks:
   - {id: A, type: GA, goals: [[3.6, 2.0]]}
 """
-HANGS = "import time; time.sleep(600)"
-"""Stands for runs that take long."""
+HANGS = "import sys; sys.stdin.read()"
+"""Stands for runs that take long: it ends when it is stopped, or with the window."""
 
-ODD = ("a warning", "[]", "3", "{}", '{"share": null}', '{"share": 0.5}', '{"folder": 4}', "\xff")
+HUGE = '{"share": Infinity, "remaining": null, "number": 1, "runs": 2, "run": "lab"}'
+ODD = (
+    "a warning",
+    "[]",
+    "3",
+    "{}",
+    '{"share": null}',
+    HUGE,
+    '{"share": 0.5}',
+    '{"folder": 4}',
+    "\xff",
+)
 """Lines of a program that are not about its runs."""
 
 

@@ -368,7 +368,7 @@ def test_setup_with_arguments_is_refused_in_one_line():
     assert refused.stderr == "hive: setup takes no arguments, and was given: everything\n"
 
 
-def test_ci_runs_the_same_hive_test_as_people():
+def test_ci_runs_the_same_test_command_as_people():
     assert "exec ./hive test" in (ROOT / ".ci/run").read_text()
 
 

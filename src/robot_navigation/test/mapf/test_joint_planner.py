@@ -184,20 +184,34 @@ def total(tables):
     return sum(table.arrives[-1] for table in tables)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_improvements_make_a_plan_shorter_and_nobody_meets(seed):
+def improved(seed):
+    """Return a plan in aisles, and the same one improved."""
     roadmap, _ = grid_map(AISLES, cell=1.0)
     chance = random.Random(seed)
     starts, goals = (chance.sample(range(len(roadmap.places)), 12) for _ in range(2))
     agents = [point(start, goal) for start, goal in zip(starts, goals, strict=True)]
     settings = PlannerSettings(horizon=math.inf, classical=True)
+    return [
+        JointPlanner(roadmap, replace(settings, improvements=number)).plan(agents)
+        for number in (0, 100)
+    ]
 
-    first = JointPlanner(roadmap, settings).plan(agents)
-    better = JointPlanner(roadmap, replace(settings, improvements=100)).plan(agents)
+
+@pytest.mark.parametrize("seed", range(4))
+def test_improvements_make_no_plan_longer_and_nobody_meets(seed):
+    first, better = improved(seed)
 
     assert meetings(better) == 0
     assert all(table.complete for table in better)
     assert not all(table.complete for table in first) or total(better) <= total(first)
+
+
+def test_improvements_make_plans_shorter():
+    before, after = (
+        sum(map(total, plans)) for plans in zip(*map(improved, range(4)), strict=True)
+    )
+
+    assert after < 0.9 * before
 
 
 def test_points_that_fill_most_of_a_map_all_arrive():

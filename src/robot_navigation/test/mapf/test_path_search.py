@@ -8,10 +8,14 @@ import math
 import numpy as np
 import pytest
 
+from hive_common.grid_map import GridMap
 from hive_lab.mapf.testing import grid_map
 from robot_navigation.mapf.conflicts import Conflicts, classical_conflicts, ways
+from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.path_search import Motion, PathSearch, Task
 from robot_navigation.mapf.reservations import Reservations
+from robot_navigation.mapf.roadmap_builder import build_roadmap
+from robot_navigation.planning.clearance import ClearanceField
 
 MOTION = Motion(0.3, 1.0, 0.8, 1.5)
 STATES = 1000
@@ -73,3 +77,28 @@ def test_a_robot_whose_goal_is_taken_ends_as_near_as_it_can_in_the_time_that_it_
 
     assert end(math.inf) == number[2, 5]
     assert end(search.alone(task) + 0.1) == number[2, 1]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_alone_a_robot_takes_from_end_to_end_what_its_fastest_path_takes(seed):
+    draw = np.random.default_rng(seed)
+    blocked = np.ones((80, 120), dtype=bool)
+    blocked[2:-2, 2:-2] = False
+    blocked[30:50, 40:80] = True
+    field = ClearanceField.of(GridMap.of_blocked(blocked, 0.1))
+    roadmap = build_roadmap(field, [MOTION.radius])
+    free_places = roadmap.places[draw.choice(len(roadmap.places), 2, replace=False)]
+    points = free_places + draw.uniform(0.05, 0.1, (2, 2))
+    ends = joined_ends(roadmap, field, points, np.full(2, MOTION.radius), [], [], [0])
+    search = PathSearch(roadmap, ways(roadmap), MOTION)
+    search.join(ends)
+    things = int(ways(roadmap).max()) + 1 + len(roadmap.places) + len(ends.points) + len(ends.legs)
+    actions = len(search.graph.to)
+    nothing = Conflicts(np.zeros(actions + 1, dtype=np.intp), np.empty(0, dtype=np.intp))
+    task = Task(*ends.index[:1].tolist(), 3.0, float(draw.uniform(-3.0, 3.0)), int(ends.index[1]))
+
+    path = search.find(task, 0, Reservations(things, [[(nothing, nothing)]]), math.inf, 10_000)
+
+    assert path.complete
+    assert search.alone(task) > 0.0
+    assert path.end - task.ready == pytest.approx(search.alone(task))

@@ -229,7 +229,7 @@ class Benchmarks(QWidget):
         while process is not None and process.canReadLine():
             line = bytes(process.readLine())
             # Libraries print other lines, and an exception here would end the window.
-            with contextlib.suppress(ValueError, KeyError, TypeError):
+            with contextlib.suppress(ValueError, KeyError, TypeError, OverflowError):
                 self._show(json.loads(line.decode()))
 
     def _show(self, told: dict[str, Any]) -> None:

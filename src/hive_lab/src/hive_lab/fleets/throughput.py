@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much of its throughput a fleet keeps.
-
-When it grows, people walk about, a lane closes, or robots stop at random.
-"""
+"""How much of its throughput a fleet keeps as it grows, and with something in its way."""
 
 from __future__ import annotations
 

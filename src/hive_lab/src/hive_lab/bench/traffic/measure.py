@@ -70,12 +70,10 @@ def run(
         hour and robot, the share that it `loses` of its throughput, contacts, goals given up, the
         longest stand of a robot with a goal [s], the locks that the traffic planner has found,
         processor time of a plan [ms] and for a simulated second [s]; with delays, what it loses
-        by them. Of faults: contacts, the
-        first seed with one (-1 if none), the longest stand [s]. Of layouts: those `unsolved`, in
-        which a robot did not get to its goal within 300 s, the first seed that failed (-1 if
-        none), contacts, the longest stands and run [s], the locks that the traffic planner has
-        found. Of a hive on ROS: see
-        `through_ros`.
+        by them. Of faults: contacts, the first seed with one (-1 if none), the longest stand [s].
+        Of layouts: those `unsolved`, in which a robot did not get to its goal within 300 s, the
+        first seed that failed (-1 if none), contacts, the longest stands and run [s], the locks
+        that the traffic planner has found. Of a hive on ROS: see `through_ros`.
 
     Raises:
         click.UsageError: Options do not go together.
