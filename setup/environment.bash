@@ -44,3 +44,6 @@ _hive_overlay() {
 }
 _hive_overlay
 unset -f _hive_overlay
+
+# Names that packages had before, last so that any package of that name goes before.
+export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:${VIRTUAL_ENV%/.venv}/setup/old_names

@@ -31,14 +31,14 @@ from hive_common.resources import package_folder
 from hive_common.ros import params
 from hive_common.ros.names import RobotNames
 from hive_lab.fuzz.odd_files import change
+from hive_navigation.control.goal_tracker import NavigationSettings
+from hive_navigation.localization.amcl_settings import AmclSettings
+from hive_navigation.mapping.mapper_settings import MapperSettings
+from hive_navigation.ros.fake_localization_node import FakeLocalizationSettings
+from hive_navigation.ros.fixed_links import links_of
+from hive_navigation.ros.startup import read_model, read_settings
+from hive_navigation.ros.traffic_parameters import TrafficParameters
 from robot_description.urdf import robot_urdf
-from robot_navigation.control.goal_tracker import NavigationSettings
-from robot_navigation.localization.amcl_settings import AmclSettings
-from robot_navigation.mapping.mapper_settings import MapperSettings
-from robot_navigation.ros.fake_localization_node import FakeLocalizationSettings
-from robot_navigation.ros.fixed_links import links_of
-from robot_navigation.ros.startup import read_model, read_settings
-from robot_navigation.ros.traffic_parameters import TrafficParameters
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.ros.vehicle_settings import AgentEntry, ConnectorEntry
 
@@ -54,7 +54,7 @@ def file(package: str, path: str) -> Any:
 def parameters() -> dict[str, Any]:
     """Return the parameters of a hive as its launch files set them."""
     move_base, amcl, mapper = (
-        file("robot_navigation", f"config/{name}.yaml") for name in ("move_base", "amcl", "mapper")
+        file("hive_navigation", f"config/{name}.yaml") for name in ("move_base", "amcl", "mapper")
     )
     agv = {"name": "agv1", "manufacturer": "Acme", "serial": "0017"}
     area = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0]]

@@ -13,9 +13,9 @@ pytest.importorskip("ompl")
 from hive_lab.fleets.coordination import CoordinatorMaker
 from hive_lab.fleets.sites import lab
 from hive_lab.fleets.traffic import STEP, Traffic
+from hive_navigation.control.obstacle_check import REMEMBERED
+from hive_navigation.traffic.right_of_way import Announcement, no_right
 from robot_description.models import load_model
-from robot_navigation.control.obstacle_check import REMEMBERED
-from robot_navigation.traffic.right_of_way import Announcement, no_right
 from simenv.simulation import Simulation
 
 SITE = lab()

@@ -20,8 +20,8 @@ from hive_lab.fleets.adversarial import drive, layout_of
 from hive_lab.fleets.coordination import CoordinatorMaker
 from hive_lab.fleets.sites import drawn_site, lab
 from hive_lab.fleets.traffic import Traffic
+from hive_navigation.control.goal_tracker import StuckDetector
 from robot_description.models import load_model
-from robot_navigation.control.goal_tracker import StuckDetector
 from simenv.simulation import Simulation
 
 GIVE_UP = 120.0  # a goal without progress is given up after this time [s]

@@ -13,9 +13,9 @@ pytest.importorskip("ompl")
 
 from hive_common.map_file import load_map
 from hive_lab.fleets.traffic import Traffic
+from hive_navigation.control.route_keeper import SILENCE
+from hive_navigation.mapf.route import NO_PLAN, PlanNumber, Route, Wait
 from robot_description.models import load_model
-from robot_navigation.control.route_keeper import SILENCE
-from robot_navigation.mapf.route import NO_PLAN, PlanNumber, Route, Wait
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 

@@ -12,10 +12,10 @@ from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.fleets.traffic import Traffic
+from hive_navigation.control.driver import MAX_ROUND
+from hive_navigation.planning.clearance import ClearanceField
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.models import load_model
-from robot_navigation.control.driver import MAX_ROUND
-from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 

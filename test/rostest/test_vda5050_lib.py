@@ -22,10 +22,10 @@ from blackboard.robot.executor import CommandState
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.runner.limits import PATIENCE
+from hive_navigation.control.navigator import Navigator
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.models import load_model
-from robot_navigation.control.navigator import Navigator
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 from vda5050.agent.agv import Agv
 from vda5050.agent.maker import Actions, Maker, MakersAction
 from vda5050.agent.order_follower import Tolerance

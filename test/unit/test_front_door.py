@@ -301,6 +301,45 @@ def test_workspaces_that_are_named_are_laid_over_the_hives_and_a_missing_one_is_
     assert f"HIVE_OVERLAYS names {tmp_path}/nothing, which holds no setup.bash" in done.stderr
 
 
+@pytest.mark.parametrize(
+    "name",
+    sorted(path.name for path in (ROOT / "src/hive_navigation/nodes").iterdir() if path.is_file()),
+)
+def test_a_program_under_its_old_name_starts_with_a_warning(name, tmp_path):
+    rosrun = tmp_path / "rosrun"
+    rosrun.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
+    rosrun.chmod(0o755)
+    done = subprocess.run(
+        [ROOT / "setup/old_names/robot_navigation" / name, "a word", "__name:=other"],
+        env={"PATH": f"{tmp_path}:/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert done.stdout.splitlines() == ["hive_navigation", name, "a word", "__name:=other"]
+    assert f"'rosrun hive_navigation {name}'" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(not (ROOT / "devel/environment.bash").is_file(), reason="needs ./hive setup")
+def test_the_old_name_of_a_package_gives_way_to_a_released_package_of_that_name(tmp_path):
+    overlay = tmp_path / "devel"
+    overlay.mkdir()
+    (overlay / "setup.bash").write_text(f'ROS_PACKAGE_PATH="{overlay}:$ROS_PACKAGE_PATH"\n')
+    done = subprocess.run(
+        ["bash", "-euc", f"source {ROOT}/setup/environment.bash; echo $ROS_PACKAGE_PATH"],
+        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "HIVE_OVERLAYS": str(overlay)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    first, *_, last = done.stdout.strip().split(":")
+    assert first == str(overlay)
+    assert last == f"{ROOT}/setup/old_names"
+
+
 def installed_on(tmp_path, programs):
     """Install Debian packages where none is, with programs in bash; return what is said."""
     (tmp_path / "setup").mkdir()

@@ -42,8 +42,8 @@ EXCEPTIONS = {
         "hive_lab.": "a benchmark's module, by its word: some need ROS, Qt or OMPL, and the list "
         "of benchmarks needs none",
     },
-    "robot_navigation.ros.traffic_planner_node": {
-        "robot_navigation.ros.traffic_planner": "it listens while it loads the planner, for which "
+    "hive_navigation.ros.traffic_planner_node": {
+        "hive_navigation.ros.traffic_planner": "it listens while it loads the planner, for which "
         "robots wait after a takeover",
     },
 }

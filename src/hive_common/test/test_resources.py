@@ -16,12 +16,12 @@ def installed(tmp_path, monkeypatch):
     library = tmp_path / "lib/python3/dist-packages/hive_common"
     for folder in (
         library,
-        tmp_path / "share/robot_navigation",
-        tmp_path / "lib/robot_navigation",
+        tmp_path / "share/hive_navigation",
+        tmp_path / "lib/hive_navigation",
     ):
         folder.mkdir(parents=True)
-    (tmp_path / "share/robot_navigation/package.xml").touch()
-    (tmp_path / "lib/robot_navigation/traffic_planner").touch()
+    (tmp_path / "share/hive_navigation/package.xml").touch()
+    (tmp_path / "lib/hive_navigation/traffic_planner").touch()
     copy = library / "resources.py"
     shutil.copy(resources.__file__, copy)
     monkeypatch.setattr(resources, "__file__", str(copy))
@@ -36,9 +36,9 @@ def test_a_node_is_found_in_the_source_tree():
 
 
 def test_a_node_is_found_where_it_is_installed(installed):
-    found = node_file("robot_navigation", "traffic_planner")
+    found = node_file("hive_navigation", "traffic_planner")
 
-    assert found == installed / "lib/robot_navigation/traffic_planner"
+    assert found == installed / "lib/hive_navigation/traffic_planner"
 
 
 @pytest.mark.parametrize("package", ["blackboard", "nowhere"])

@@ -130,7 +130,7 @@ BREAKS = {
         "plan_start",
         "test_the_system_is_up_with_every_node_and_topic",
         "the localization ends as soon as it is started",
-        "robot_navigation.ros.fake_localization_node:main",
+        "hive_navigation.ros.fake_localization_node:main",
         nothing,
     ),
     "1b": Break(
@@ -145,7 +145,7 @@ BREAKS = {
         "plan_start",
         "test_each_launch_file_brings_up_what_it_promises",
         "the map server ends as soon as it is started",
-        "robot_navigation.ros.map_server_node:main",
+        "hive_navigation.ros.map_server_node:main",
         nothing,
     ),
     "1d": Break(

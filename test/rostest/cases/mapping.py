@@ -57,7 +57,7 @@ def lonely(characteristics, tmp_path_factory):
     log = tmp_path_factory.mktemp("lonely") / "mapper.log"
     with log.open("w") as file:
         mapper = subprocess.Popen(
-            ["rosrun", "robot_navigation", "mapper", "__ns:=/other/robot2"],
+            ["rosrun", "hive_navigation", "mapper", "__ns:=/other/robot2"],
             stdin=subprocess.DEVNULL,
             stdout=file,
             stderr=subprocess.STDOUT,
@@ -106,13 +106,13 @@ def test_whoever_comes_late_is_told_the_map_and_where_the_robot_is_on_it():
 
 @pytest.mark.usefixtures("explored")
 def test_a_map_that_is_saved_can_be_served(tmp_path):
-    saved = run("rosrun", "robot_navigation", "map_saver", "-f", str(tmp_path / "room"))
+    saved = run("rosrun", "hive_navigation", "map_saver", "-f", str(tmp_path / "room"))
     assert saved.returncode == 0, saved.stdout + saved.stderr
     before = load_map(str(tmp_path / "room.yaml"))
     server = subprocess.Popen(
         [
             "rosrun",
-            "robot_navigation",
+            "hive_navigation",
             "map_server",
             f"_map:={tmp_path / 'room.yaml'}",
             "map:=/served",
@@ -130,7 +130,7 @@ def test_a_map_that_is_saved_can_be_served(tmp_path):
 
 
 def test_a_saver_without_a_map_says_so_in_a_line():
-    saved = run("rosrun", "robot_navigation", "map_saver", "--timeout", "1", "map:=/nowhere")
+    saved = run("rosrun", "hive_navigation", "map_saver", "--timeout", "1", "map:=/nowhere")
 
     assert saved.returncode == 1
     assert "no map on /nowhere within 1 s; start a mapper" in saved.stdout + saved.stderr
@@ -139,7 +139,7 @@ def test_a_saver_without_a_map_says_so_in_a_line():
 
 def test_a_parameter_that_the_mapper_does_not_know_is_named():
     rospy.set_param("/robot1/other_mapper/resolution", 0.1)
-    started = run("rosrun", "robot_navigation", "mapper", "__ns:=/robot1", "__name:=other_mapper")
+    started = run("rosrun", "hive_navigation", "mapper", "__ns:=/robot1", "__name:=other_mapper")
     rospy.delete_param("/robot1/other_mapper")
 
     assert started.returncode == 1
@@ -153,7 +153,7 @@ def test_a_key_that_is_held_drives_the_robot(characteristics):
     rospy.set_param("/robot2/characteristics", characteristics)
     keyboard, terminal = pty.openpty()
     teleop = subprocess.Popen(
-        ["rosrun", "robot_navigation", "teleop", "__ns:=/robot2"], stdin=terminal, stdout=terminal
+        ["rosrun", "hive_navigation", "teleop", "__ns:=/robot2"], stdin=terminal, stdout=terminal
     )
     os.close(terminal)
     speeds = []

@@ -357,7 +357,7 @@ def test_a_map_server_takes_a_file_as_argument_and_another_one_while_it_runs(tmp
         "static_map:=static_hall",
     ]
     server = subprocess.Popen(
-        ["rosrun", "robot_navigation", "map_server", str(tmp_path / "hall.yaml"), *names],
+        ["rosrun", "hive_navigation", "map_server", str(tmp_path / "hall.yaml"), *names],
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -393,7 +393,7 @@ def test_a_map_server_takes_a_file_as_argument_and_another_one_while_it_runs(tmp
             "parameter ~rtf: 0; allowed: a number from 0.01 to 100",
         ),
         (
-            "robot_navigation",
+            "hive_navigation",
             "map_server",
             ["_map:=/nowhere/map.yaml"],
             "/nowhere/map.yaml: cannot be read",

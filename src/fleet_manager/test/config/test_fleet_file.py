@@ -312,7 +312,7 @@ def test_a_robot_that_shares_a_process_has_the_parameters_of_one_that_does_not(c
     root = ET.fromstring(launch_text(read_fleet(str(crowd)), sim=True))  # noqa: S314  (made here)
 
     files = {each.get("ns"): each.get("file") for each in root.findall("rosparam[@ns]")}
-    assert files["r1/move_base"].endswith("robot_navigation)/config/move_base.yaml")
+    assert files["r1/move_base"].endswith("hive_navigation)/config/move_base.yaml")
     assert files["r1/robot"].endswith("blackboard)/config/robot.yaml")
     assert files["r1/characteristics"].endswith("models/mir100.yaml")
     told = yaml.safe_load(root.find("rosparam[@param='r2/robot']").text)

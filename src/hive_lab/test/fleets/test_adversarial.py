@@ -18,10 +18,10 @@ from hive_lab.fleets.adversarial import (
     site_of,
 )
 from hive_lab.fleets.sites import WALL
-from robot_navigation.mapf.ends import joined_ends
-from robot_navigation.mapf.joint_planner import Agent, JointPlanner
-from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.planning.clearance import ClearanceField
+from hive_navigation.mapf.ends import joined_ends
+from hive_navigation.mapf.joint_planner import Agent, JointPlanner
+from hive_navigation.mapf.roadmap_builder import build_roadmap
+from hive_navigation.planning.clearance import ClearanceField
 
 SEEDS = range(300)
 RADIUS = 0.43  # of an LD-60 [m]

@@ -10,11 +10,11 @@ from blackboard.robot.contact import Contact
 from blackboard.robot.executor import CommandState
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
+from hive_navigation.control.goal_tracker import NavigationSettings
+from hive_navigation.control.navigator import Navigator
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.models import load_model
-from robot_navigation.control.goal_tracker import NavigationSettings
-from robot_navigation.control.navigator import Navigator
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 from vda5050.agent.agv import Agv

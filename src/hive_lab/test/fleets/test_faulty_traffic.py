@@ -12,8 +12,8 @@ pytest.importorskip("ompl")
 from hive_lab.fleets.faulty_traffic import KINDS, OFF, TAKEOVER, Fault, FaultyTraffic, draw_faults
 from hive_lab.fleets.sites import drawn_site
 from hive_lab.fleets.traffic import STEP, Traffic
+from hive_navigation.mapf.route import PlanNumber, Route
 from robot_description.models import load_model
-from robot_navigation.mapf.route import PlanNumber, Route
 from simenv.simulation import Simulation
 
 ROOM = drawn_site("room", (10.0, 8.0), [], room=0.6)

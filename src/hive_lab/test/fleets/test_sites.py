@@ -8,10 +8,10 @@ import pytest
 from shapely.geometry import Point
 
 from hive_lab.fleets.sites import CELL, CELLS, LANE, PERSON, SITES, WALL, warehouse, with_people
-from robot_navigation.mapf.reachability import unreached
-from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.mapf.zones import roadmap_with
-from robot_navigation.planning.clearance import ClearanceField
+from hive_navigation.mapf.reachability import unreached
+from hive_navigation.mapf.roadmap_builder import build_roadmap
+from hive_navigation.mapf.zones import roadmap_with
+from hive_navigation.planning.clearance import ClearanceField
 
 RADIUS = 0.43  # of an LD-60 [m]
 

@@ -8,10 +8,10 @@ import random
 import pytest
 
 from hive_common.pose import Pose
+from hive_navigation.control.navigator import Navigator
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.models import load_model
-from robot_navigation.control.navigator import Navigator
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.testing import hall
 from simenv.world.draw_map import draw_map
 from vda5050.agent.agv import Agv

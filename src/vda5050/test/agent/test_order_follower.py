@@ -10,15 +10,15 @@ import shapely.geometry
 
 from blackboard.robot.executor import CommandState
 from hive_common.pose import Pose
+from hive_navigation.control.follower import Room
+from hive_navigation.control.goal_tracker import NavigationSettings
+from hive_navigation.control.navigator import Navigator
+from hive_navigation.planning.clearance import ClearanceField
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.planning.path import Path
+from hive_navigation.planning.planner import PlanError
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.models import load_model
-from robot_navigation.control.follower import Room
-from robot_navigation.control.goal_tracker import NavigationSettings
-from robot_navigation.control.navigator import Navigator
-from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.planning.path import Path
-from robot_navigation.planning.planner import PlanError
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.testing import SIDE, hall
 from simenv.world.draw_map import draw_map
 from simenv.world.shapes import Shape

@@ -160,7 +160,7 @@ def test_every_parameter_file_is_read(launches, observed):
     for name, model in robots.items():
         read[f"/{name}/robot"] = file_of("blackboard", "config", "robot.yaml") | of_fleet(fleet)
         read[f"/{name}/robot"].pop("bid_timeout")
-        read[f"/{name}/move_base"] = file_of("robot_navigation", "config", "move_base.yaml")
+        read[f"/{name}/move_base"] = file_of("hive_navigation", "config", "move_base.yaml")
         read[f"/{name}/characteristics"] = file_of("robot_description", "models", f"{model}.yaml")
     expected = {f"{node}/{key}": value for node, f in read.items() for key, value in f.items()}
     wrong = {
@@ -201,7 +201,7 @@ BY_HAND = {
         [],
         of("robot1", {name: ROBOT_TOPICS[name] for name in ("odom", "scan", "ground_truth")}),
     ),
-    "robot_navigation/navigation": (
+    "hive_navigation/navigation": (
         ROBOT1,
         ["/robot1/move_base", "/robot1/fake_localization"],
         of("robot1", {name: kind for name, kind in ROBOT_TOPICS.items() if name != "set_state"}),

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 DISPLACEMENT = 0.3
 """A robot further than this from where its arm is to work drives back first [m]. The distance is
 more than a drive's tolerance and the age of a pose explain, and less than a robot moves aside
-(`robot_navigation.traffic.passing_place.DISTANCES`)."""
+(`hive_navigation.traffic.passing_place.DISTANCES`)."""
 
 
 class CommandState(Enum):

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.node import RaftNode
     from blackboard.ros.talker import MemberTalker
 
-_PROGRAM = ("robot_navigation", "traffic_planner")
+_PROGRAM = ("hive_navigation", "traffic_planner")
 """The node that plans: its package and its type, as in a launch file."""
 
 _MOST_WORDS = 65536

@@ -120,9 +120,9 @@ def _shared(fleet: Fleet) -> list[str]:
             "robot": "$(find blackboard)/config/robot.yaml",
         }
         if robot.navigation != "none":
-            files["move_base"] = "$(find robot_navigation)/config/move_base.yaml"
+            files["move_base"] = "$(find hive_navigation)/config/move_base.yaml"
         if robot.localization == "amcl":
-            files["amcl"] = "$(find robot_navigation)/config/amcl.yaml"
+            files["amcl"] = "$(find hive_navigation)/config/amcl.yaml"
             start = {"initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw}
             settings["amcl"] = dict(start)
         lines += parameters(robot, files, settings)

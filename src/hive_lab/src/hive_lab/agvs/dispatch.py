@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 from hive_common.pose import Pose
 from hive_lab.agvs.yard import MODEL, VERSION, address_of, names, places
 from hive_lab.fleets.sites import hall
+from hive_navigation.control.goal_tracker import NavigationSettings
+from hive_navigation.control.navigator import Navigator
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.models import load_model
-from robot_navigation.control.goal_tracker import NavigationSettings
-from robot_navigation.control.navigator import Navigator
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 from vda5050.agent.agv import Agv
 from vda5050.agent.body import with_own_scanners
 from vda5050.agent.maker import Maker

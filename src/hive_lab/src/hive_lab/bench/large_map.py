@@ -20,18 +20,18 @@ from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
-from robot_navigation.localization.amcl_settings import AmclSettings
-from robot_navigation.localization.likelihood_field import LikelihoodField
-from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.localization.amcl_settings import AmclSettings
+from hive_navigation.localization.likelihood_field import LikelihoodField
+from hive_navigation.mapf.roadmap_builder import build_roadmap
+from hive_navigation.planning.clearance import ClearanceField
+from hive_navigation.planning.ompl_planner import OmplPlanner
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
-    from robot_navigation.planning.path import Point
+    from hive_navigation.planning.path import Point
 
 CELLS = 4000  # on each side
 RADIUS = 0.3  # of the robots [m]

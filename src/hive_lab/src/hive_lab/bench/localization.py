@@ -18,12 +18,12 @@ import numpy as np
 from hive_common.map_file import load_map
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.recording import record_drive
+from hive_navigation.localization.amcl_settings import AmclSettings
+from hive_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
+from hive_navigation.localization.localizer import Localizer
+from hive_navigation.localization.particle_filter import ParticleFilter
 from robot_description.models import load_model
 from robot_description.scan import Scan
-from robot_navigation.localization.amcl_settings import AmclSettings
-from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
-from robot_navigation.localization.localizer import Localizer
-from robot_navigation.localization.particle_filter import ParticleFilter
 from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:

@@ -18,11 +18,11 @@ from scipy import ndimage
 from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
+from hive_navigation.mapping.explorer import Explorer
+from hive_navigation.mapping.mapper import Mapper
+from hive_navigation.mapping.occupancy import OccupancyGrid
 from robot_description.models import load_model
 from robot_description.scan import Scan
-from robot_navigation.mapping.explorer import Explorer
-from robot_navigation.mapping.mapper import Mapper
-from robot_navigation.mapping.occupancy import OccupancyGrid
 from simenv.simulation import Simulation
 from simenv.world.draw_map import RESOLUTION, draw_map
 from simenv.world.world_file import load_world

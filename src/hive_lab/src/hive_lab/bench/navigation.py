@@ -14,9 +14,9 @@ from hive_lab.fleets.crowd import Crowd
 
 if TYPE_CHECKING:
     from hive_common.pose import Pose
+    from hive_navigation.control.navigator import Navigator, Tick
+    from hive_navigation.traffic.neighbourhood import Neighbourhood
     from robot_description.scan import Scan
-    from robot_navigation.control.navigator import Navigator, Tick
-    from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 SETTLE = 5.0  # simulated time until all drive [s]
 DURATION = {50: 20.0, 200: 8.0}  # simulated time that is measured, by the number of robots [s]

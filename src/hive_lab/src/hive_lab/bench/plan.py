@@ -15,8 +15,8 @@ import numpy as np
 from hive_common.map_file import load_map
 from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.shortest_paths import ShortestPaths, path_length, random_pairs
+from hive_navigation.planning.ompl_planner import OmplPlanner
 from robot_description.models import load_model
-from robot_navigation.planning.ompl_planner import OmplPlanner
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from robot_navigation.planning.clearance import ClearanceField
+    from hive_navigation.planning.clearance import ClearanceField
 
 Point = tuple[float, float]
 

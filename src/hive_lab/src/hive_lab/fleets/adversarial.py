@@ -18,8 +18,8 @@ from hive_lab.fleets.coordination import CoordinatorMaker
 from hive_lab.fleets.crowd import robot_name
 from hive_lab.fleets.sites import WALL, drawn_site
 from hive_lab.fleets.traffic import Traffic
+from hive_navigation.control.goal_tracker import StuckDetector
 from robot_description.models import load_model
-from robot_navigation.control.goal_tracker import StuckDetector
 from simenv.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hive_lab.fleets.traffic import Traffic
+from hive_navigation.mapf.roadmap_builder import build_roadmap
+from hive_navigation.planning.clearance import ClearanceField
+from hive_navigation.traffic.lock_resolver import ResolvingCoordinator
 from robot_description.models import load_model
-from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,9 +15,9 @@ import numpy as np
 from hive_lab.fleets.delays import Delays
 from hive_lab.fleets.sites import hall
 from hive_lab.fleets.traffic import STEP, STEPS_PER_ROUND, Traffic
+from hive_navigation.control.goal_tracker import StuckDetector
+from hive_navigation.planning.clearance import ClearanceField
 from robot_description.models import load_model
-from robot_navigation.control.goal_tracker import StuckDetector
-from robot_navigation.planning.clearance import ClearanceField
 from simenv.errors import SpawnError
 from simenv.simulation import Simulation
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hive_lab.fleets.traffic import STEP, STEPS_PER_ROUND, STEPS_TO_HEAR, Traffic
-from robot_navigation.traffic.neighbourhood import Neighbourhood
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
     from hive_lab.fleets.coordination import CoordinatorMaker
-    from robot_navigation.mapf.route import Route
-    from robot_navigation.traffic.coordinator import Coordinator
-    from robot_navigation.traffic.right_of_way import Announcement
+    from hive_navigation.mapf.route import Route
+    from hive_navigation.traffic.coordinator import Coordinator
+    from hive_navigation.traffic.right_of_way import Announcement
     from simenv.simulation import Simulation
 
 KINDS = ("killed", "frozen", "cut off", "lossy", "misplaced")

@@ -14,7 +14,7 @@ import shapely.geometry
 
 from hive_common.map_file import load_map
 from hive_common.zone import SLOW, Zone
-from robot_navigation.planning.clearance import ClearanceField
+from hive_navigation.planning.clearance import ClearanceField
 from simenv.world.draw_map import draw_map
 from simenv.world.shapes import Shape
 from simenv.world.world import World

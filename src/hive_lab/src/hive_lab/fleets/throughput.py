@@ -14,11 +14,11 @@ import numpy as np
 from hive_lab.fleets.coordination import by_a_plan
 from hive_lab.fleets.crowd import Crowd, by_right_of_way
 from hive_lab.fleets.sites import LANE, with_people
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.planning.path import Path
+from hive_navigation.traffic.deadlock import LockWatch
+from hive_navigation.traffic.lock_resolver import ResolvingCoordinator
 from robot_description.models import load_model
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.planning.path import Path
-from robot_navigation.traffic.deadlock import LockWatch
-from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -7,20 +7,20 @@ import time
 from typing import TYPE_CHECKING
 
 from hive_common.pose import Pose
+from hive_navigation.control.navigator import Navigator
+from hive_navigation.control.pursuit_follower import PursuitFollower
+from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.traffic.neighbourhood import Neighbourhood
 from robot_description.scan import Scan
-from robot_navigation.control.navigator import Navigator
-from robot_navigation.control.pursuit_follower import PursuitFollower
-from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
+    from hive_navigation.control.goal_tracker import GoalOutcome
+    from hive_navigation.mapf.route import Route
+    from hive_navigation.traffic.coordinator import Coordinator
+    from hive_navigation.traffic.right_of_way import Announcement
     from robot_description.models import Laser, RobotModel
-    from robot_navigation.control.goal_tracker import GoalOutcome
-    from robot_navigation.mapf.route import Route
-    from robot_navigation.traffic.coordinator import Coordinator
-    from robot_navigation.traffic.right_of_way import Announcement
     from simenv.simulation import Simulation
 
 STEP = 0.025  # one step of the simulation [s]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_lab.mapf.grid_paths import neighbours
-from robot_navigation.mapf.roadmap import Roadmap
+from hive_navigation.mapf.roadmap import Roadmap
 
 if TYPE_CHECKING:
     from hive_common.geometry import Indices

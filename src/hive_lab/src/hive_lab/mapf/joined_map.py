@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_navigation.mapf.ends import joined_ends
+from hive_navigation.mapf.ends import joined_ends
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array, Indices
-    from robot_navigation.mapf.roadmap import Roadmap
-    from robot_navigation.planning.clearance import ClearanceField
+    from hive_navigation.mapf.roadmap import Roadmap
+    from hive_navigation.planning.clearance import ClearanceField
 
 
 class Joined(NamedTuple):

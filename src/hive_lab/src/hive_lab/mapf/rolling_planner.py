@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_lab.mapf.grid_roadmap import roadmap_of
-from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
-from robot_navigation.traffic.coordinator import IMPROVEMENTS
+from hive_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from hive_navigation.traffic.coordinator import IMPROVEMENTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

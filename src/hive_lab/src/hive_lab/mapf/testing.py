@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_navigation.mapf.joint_planner import Agent
-from robot_navigation.mapf.roadmap import Roadmap
+from hive_navigation.mapf.joint_planner import Agent
+from hive_navigation.mapf.roadmap import Roadmap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array
-    from robot_navigation.mapf.joint_planner import Timetable
+    from hive_navigation.mapf.joint_planner import Timetable
 
 CELL = 1.2  # [m]
 NEXT = ((0, 1), (0, -1), (1, 0), (-1, 0))

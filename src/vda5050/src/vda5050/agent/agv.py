@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.domain.task import TaskStep
+    from hive_navigation.control.navigator import Navigator
+    from hive_navigation.planning.clearance import ClearanceField
+    from hive_navigation.traffic.neighbourhood import Neighbourhood
+    from hive_navigation.traffic.right_of_way import Announcement
     from robot_description.models import RobotModel
-    from robot_navigation.control.navigator import Navigator
-    from robot_navigation.planning.clearance import ClearanceField
-    from robot_navigation.traffic.neighbourhood import Neighbourhood
-    from robot_navigation.traffic.right_of_way import Announcement
     from vda5050.agent.maker import Maker
     from vda5050.protocol.codec import Body
     from vda5050.protocol.state import Position, Speed

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from hive_common.pose import Pose, Velocity
-from robot_navigation.traffic.right_of_way import Limits
+from hive_navigation.traffic.right_of_way import Limits
 from vda5050.agent.order_keeper import Phase
 from vda5050.agent.order_parts import Stop
 from vda5050.protocol.order import Deviation, NodePosition
@@ -25,10 +25,10 @@ from vda5050.protocol.order import Deviation, NodePosition
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from hive_navigation.control.follower import Room
+    from hive_navigation.planning.clearance import ClearanceField
+    from hive_navigation.planning.path import Path, Point
     from robot_description.models import Base
-    from robot_navigation.control.follower import Room
-    from robot_navigation.planning.clearance import ClearanceField
-    from robot_navigation.planning.path import Path, Point
     from vda5050.agent.order_keeper import OrderKeeper
 
 STEP = 0.8  # the base grows by at least so much, unless the AGV waits at its end [m]
@@ -54,7 +54,7 @@ class Tolerance:
 
 
 class OrderFollower:
-    """Follows a path; see `robot_navigation.control.follower.Follower`.
+    """Follows a path; see `hive_navigation.control.follower.Follower`.
 
     Args:
         base: Of the AGV's model.

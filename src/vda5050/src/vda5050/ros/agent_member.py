@@ -21,9 +21,9 @@ from blackboard.robot.executor import Controller
 from blackboard.ros.robot_node import join_hive, read_robot_settings
 from hive_common.ros.conversions import pose_from_msg, transform_to_msg
 from hive_common.structuring import structure
+from hive_navigation.control.goal_tracker import NavigationSettings
+from hive_navigation.control.navigator import Navigator
 from robot_description.models import RobotModel
-from robot_navigation.control.goal_tracker import NavigationSettings
-from robot_navigation.control.navigator import Navigator
 from vda5050.agent.agv import Agv
 from vda5050.agent.body import with_own_scanners
 from vda5050.agent.inspection import Inspector
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from blackboard.ros.talker import MemberTalker, RosTalker
     from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
-    from robot_navigation.ros.surroundings import Surroundings
+    from hive_navigation.ros.surroundings import Surroundings
     from vda5050.mqtt.link import Link
     from vda5050.protocol.codec import Body
     from vda5050.ros.vehicle_settings import AgentEntry

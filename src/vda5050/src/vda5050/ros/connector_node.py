@@ -16,7 +16,7 @@ from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import own_names
 from hive_common.ros.params import below, structured
 from hive_common.structuring import NotAllowedError, structure
-from robot_navigation.ros.startup import read_model
+from hive_navigation.ros.startup import read_model
 from vda5050.connector.connector import Connector, ConnectorSettings
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.protocol.topics import Address

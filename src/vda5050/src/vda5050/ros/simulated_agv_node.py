@@ -17,8 +17,8 @@ from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
+from hive_navigation.ros.fake_localization_node import FakeLocalization
 from robot_description.models import load_model
-from robot_navigation.ros.fake_localization_node import FakeLocalization
 from simenv.ros.spawning import spawn_each
 from vda5050.errors import FaultError
 from vda5050.mqtt.link import BrokerSettings

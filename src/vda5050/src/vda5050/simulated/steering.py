@@ -7,9 +7,9 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from robot_navigation.control.follower import Room
-from robot_navigation.control.pursuit_follower import BRAKING, PursuitFollower
-from robot_navigation.planning.path import Path
+from hive_navigation.control.follower import Room
+from hive_navigation.control.pursuit_follower import BRAKING, PursuitFollower
+from hive_navigation.planning.path import Path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The map server, with the arguments, topics and services of ROS's own.
+
+    rosrun hive_navigation map_server FILE.yaml
+
+ROS Publishers:
+    map (nav_msgs/OccupancyGrid), map_metadata (nav_msgs/MapMetaData): latched.
+ROS Services:
+    static_map (nav_msgs/GetMap); change_map (nav_msgs/LoadMap), which reads another file. Nodes
+    of this workspace take the map that is there when they start.
+ROS Parameters:
+    ~map (lab): name of a map of this workspace, or the path of a YAML file; an argument goes
+        before it.
+    ~frame_id (map): the map's frame.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import rospy
+from nav_msgs.msg import MapMetaData, OccupancyGrid
+from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
+from std_msgs.msg import Header
+
+from hive_common.errors import FileError, MapError, ParameterError
+from hive_common.map_file import load_map
+from hive_common.ros.conversions import map_msg
+from hive_common.ros.params import text
+from hive_navigation.ros.startup import run_node
+
+if TYPE_CHECKING:
+    from nav_msgs.srv import GetMapRequest, LoadMapRequest
+
+
+class MapServer:
+    """Serves one map at a time.
+
+    Raises:
+        FileError: The map's YAML file cannot be read or used.
+        MapError: Its image cannot be used.
+    """
+
+    def __init__(self, name: str, frame: str) -> None:
+        """Read the map of a name or path, and serve it in a frame."""
+        self._frame = frame
+        self._map = self._read(name)
+        self._publishers = [
+            rospy.Publisher(topic, kind, queue_size=1, latch=True)
+            for topic, kind in (("map", OccupancyGrid), ("map_metadata", MapMetaData))
+        ]
+        self._publish()
+        rospy.Service("static_map", GetMap, self._serve)
+        rospy.Service("change_map", LoadMap, self._change)
+
+    def _read(self, name: str) -> OccupancyGrid:
+        grid = load_map(name, rospy.logwarn)
+        height, width = grid.cells.shape
+        rospy.loginfo(f"map '{name}': {width} x {height} cells of {grid.resolution:g} m")
+        return map_msg(Header(stamp=rospy.Time.now(), frame_id=self._frame), grid)
+
+    def _publish(self) -> None:
+        for publisher, content in zip(self._publishers, (self._map, self._map.info), strict=True):
+            publisher.publish(content)
+
+    def _serve(self, _request: GetMapRequest) -> GetMapResponse:
+        return GetMapResponse(self._map)
+
+    def _change(self, request: LoadMapRequest) -> LoadMapResponse:
+        """Serve another map from now on; one that cannot be used changes nothing."""
+        try:
+            self._map = self._read(request.map_url)
+        except (FileError, MapError) as error:
+            rospy.logerr(f"change_map: {error}")
+            image = isinstance(error, MapError)
+            invalid_file = LoadMapResponse.RESULT_INVALID_MAP_METADATA
+            invalid = LoadMapResponse.RESULT_INVALID_MAP_DATA if image else invalid_file
+            return LoadMapResponse(result=invalid)
+        self._publish()
+        return LoadMapResponse(self._map, LoadMapResponse.RESULT_SUCCESS)
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    return run_node("map_server", _run)
+
+
+def _run() -> None:
+    arguments = rospy.myargv()[1:]
+    if len(arguments) > 1:
+        raise ParameterError(
+            f"map_server: {' '.join(arguments)}; allowed: one argument, the map's .yaml file"
+        )
+    name = arguments[0] if arguments else text("map", default="lab")
+    # What the master and rospy hold of it lives as long as the process.
+    MapServer(name, text("frame_id", default="map"))
+    rospy.spin()
