@@ -29,7 +29,7 @@ DEPENDENCY = {
     "matplotlib": "python3-matplotlib",
     "numba": "python3-numba",
     "numpy": "python3-numpy",
-    "paho": "python3-paho-mqtt",
+    "paho": "paho-mqtt",
     "psutil": "python3-psutil",
     "pytest": "python3-pytest",
     "rospkg": "python3-rospkg",

@@ -8,6 +8,7 @@ import pytest
 from blackboard.board.watch import Presence
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from hive_common.last_heard import FORGOTTEN_AFTER
+from hive_common.map_id import MapId
 from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=0.5)
@@ -50,6 +51,12 @@ def test_a_repeated_status_changes_nothing():
 @pytest.mark.parametrize("out", [RobotState.DEFECT, RobotState.CHARGING])
 def test_a_robot_may_bid_better_when_it_returns_to_service_but_not_when_it_leaves(out):
     assert changes(IDLE, replace(IDLE, state=out), IDLE) == [True, False, True]
+
+
+def test_a_robot_may_bid_better_on_another_map():
+    on_new_map = replace(IDLE, map=MapId("hall", "02"))
+
+    assert changes(IDLE, on_new_map, on_new_map) == [True, True, False]
 
 
 def test_a_robot_may_bid_better_when_it_loses_a_task_but_not_when_it_gets_one():

@@ -14,6 +14,7 @@ from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import JournalError
+from hive_common.map_id import NO_MAP, MapId
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import lone_node
 from hive_lab.virtual.network import Network, NetworkTalker
@@ -45,6 +46,15 @@ def test_heartbeats_come_at_their_rate_and_show_progress():
     first = beats[0]
     assert (first.epoch, first.leader, first.backup) == (1, "blackboard", "")
     assert first.members == ("blackboard",)
+
+
+def test_heartbeats_tell_which_map_the_leader_uses_and_it_knows_that_itself():
+    network, node = started()
+    node.tell_map(MapId("hall", "01"))
+    network.run(1.0)
+
+    assert sent(network, BACKUP)[-1].map == MapId("hall", "01")
+    assert node.leaders_map == MapId("hall", "01")
 
 
 def test_an_empty_list_is_published_at_the_start():
@@ -206,3 +216,15 @@ def test_the_robot_beside_the_leader_receives_the_list_as_well():
     network.run(1.0)
 
     assert told[-1].records == (ONE,)
+
+
+def test_a_member_that_follows_knows_the_leaders_map_which_may_not_be_its_own():
+    member = Follower()
+    member.node.tell_map(MapId("shelf", "02"))
+    before = member.node.leaders_map
+    beat = Heartbeat(1, "blackboard", hive="hive1", map=MapId("hall", "01"))
+    member.network.send(BACKUP, beat)
+    member.network.run(0.01)
+
+    assert before == NO_MAP
+    assert member.node.leaders_map == MapId("hall", "01")

@@ -4,6 +4,7 @@
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import OrderKind, TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.map_id import NO_MAP
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
 
@@ -22,6 +23,7 @@ class Beside:
 
     hive = ""
     leader = carriers = None
+    leaders_map = NO_MAP
 
     def __init__(self):
         self.asked = 0

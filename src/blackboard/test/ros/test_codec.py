@@ -24,6 +24,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.charger_claims import Claim
 from blackboard.ros.codec import tables
 from blackboard.ros.codec.tables import WIRES
+from hive_common.map_id import MapId
 from hive_common.pose import Pose
 
 HERE, THERE = Pose(1.0, 2.0, 3.0), Pose(4.0, 5.0, 6.0)
@@ -74,11 +75,13 @@ FULL = {
         sent=4.5,
         hive="hive",
         carries=(20.0, 20.0, -1.0, 0.5),
+        map=MapId("hall", "0a1b2c3d"),
     ),
     "CLAIM": Claim("robot1", "dock", 3.5, HERE, (("robot2", 1.5), ("robot3", 2.5))),
     "HEARTBEAT": Heartbeat(
         *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive"),
         offline=("robot4",),
+        map=MapId("lab", "3d2c1b0a"),
     ),
     "ENTRY": ENTRY,
     "ENTRIES": AppendEntries(
@@ -94,9 +97,15 @@ RENAMED = {
     "BID": {"energy_cost": 0.5, "eta": 13.0},
     "BASIS": {"battery_capacity": 10.0, "tasks": ["T1", "T2"], "steps": b"\x01\x03"},
     "BROADCAST": {"robots": ["robot1", "robot2"], "given": ["", "T7"]},
-    "STATUS": {"queued": 2},
+    "STATUS": {"queued": 2, "map_name": "hall", "map_checksum": "0a1b2c3d"},
     "CLAIM": {"conceded": ["robot2", "robot3"], "conceded_since": (1.5, 2.5)},
-    "HEARTBEAT": {"active": "robot1", "robots": ["robot3"], "heard": (6.5,)},
+    "HEARTBEAT": {
+        "active": "robot1",
+        "robots": ["robot3"],
+        "heard": (6.5,),
+        "map_name": "lab",
+        "map_checksum": "3d2c1b0a",
+    },
     "ENTRIES": {"active": "robot1#1", "before_epoch": 2, "before_version": 8, "whole": True},
     "REPLY": {"stands_by": True},
     "BALLOT": {"list_epoch": 3, "list_version": 4},

@@ -38,6 +38,7 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
+from hive_common.map_id import NO_MAP
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.faulty_network import FaultyNetwork, HostTalker
 from hive_lab.virtual.hive import SMALL_ROBOT, TimedCommand, lone_node
@@ -63,7 +64,7 @@ class Recorder(NetworkTalker):
 class Beside:
     """A HiveFilter that follows `blackboard`, whose backup is robot2."""
 
-    hive, leader, carriers = "", LEADER, CARRIERS
+    hive, leader, carriers, leaders_map = "", LEADER, CARRIERS, NO_MAP
 
     def obeys(self, _hive, _epoch):
         return True

@@ -16,6 +16,7 @@ from fleet_manager.client.reports import HiveMessage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from pathlib import Path
 
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
@@ -37,6 +38,9 @@ class FakeLink:
         told: Every word to a robot, as (robot, word).
         on_set_state: Called with each of them.
         known_places: The named places of the building.
+        radii: How close the middle of each robot may come to what is blocked [m].
+        maps: Every file that the map server was to read.
+        on_change_map: Called with each of them.
         wrong: What members and nodes say is wrong.
         clock_at: When the hive's time becomes known [s]; 0 before that.
         epoch: The hive's time when this link was made [s].
@@ -53,6 +57,9 @@ class FakeLink:
         self.told: list[tuple[str, str]] = []
         self.on_set_state: Callable[[str, str], None] = lambda _robot, _word: None
         self.known_places: dict[str, Pose] = {}
+        self.radii: dict[str, float] = {}
+        self.maps: list[Path] = []
+        self.on_change_map: Callable[[Path], None] = lambda _path: None
         self.wrong: tuple[str, ...] = ()
         self.clock_at = 0.0
         self.epoch = 100.0
@@ -112,6 +119,15 @@ class FakeLink:
     def places(self) -> Mapping[str, Pose]:
         """Return `known_places`."""
         return self.known_places
+
+    def radius_of(self, robot: str) -> float | None:
+        """Return the robot's radius of `radii`."""
+        return self.radii.get(robot)
+
+    def change_map(self, path: Path) -> None:
+        """Record a file, and let the test's map server answer."""
+        self.maps.append(path)
+        self.on_change_map(path)
 
     def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report due within `timeout` [s]; time passes until then."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import MOVES_ON, TOLD_TO, TaskRecord
@@ -12,6 +13,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.attention import needs
 from fleet_manager.client.hive_state import PLANNER_SILENCE, HiveState
 from fleet_manager.client.traffic import TrafficState
+from hive_common.map_id import MapId
 from hive_common.pose import Pose
 
 NOW = 1000.0
@@ -50,6 +52,25 @@ def test_robots_that_are_offline_or_defect_are_named_and_many_are_counted():
         "robot1 offline",
         "robot2, robot3, robot4 and 2 other robots defect",
     ]
+
+
+def test_robots_on_another_map_than_the_leader_are_named_unless_they_are_offline():
+    hall, shelf = MapId("hall", "01"), MapId("shelf", "02")
+    lost = robot(4, RobotState.OFFLINE)
+    robots = [robot(1, RobotState.IDLE), robot(2, RobotState.BUSY), robot(3, RobotState.IDLE)]
+    beat = Heartbeat(1, "/blackboard", map=hall)
+
+    told_of = told(
+        beat,
+        replace(robots[0], map=hall),
+        replace(robots[1], map=shelf),
+        robots[2],
+        replace(lost, map=shelf),
+    )
+    two = told(beat, *(replace(each, map=shelf) for each in robots[:2]))
+
+    assert told_of == ["robot4 offline", "robot2 uses another map than the leader"]
+    assert two == ["robot1, robot2 use other maps than the leader"]
 
 
 @pytest.mark.parametrize(

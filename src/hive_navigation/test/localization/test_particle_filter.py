@@ -282,3 +282,24 @@ def test_inverse_and_blend_undo_and_halve_a_move():
 
     assert compose(inverse(pose), pose) == pytest.approx((0.0, 0.0, 0.0))
     assert blend(Pose(0, 0, 0), pose, 0.5)[:2] == pytest.approx((0.5, -1.0))
+
+
+def test_on_a_new_map_a_robot_goes_on_from_where_it_is_and_localizes_by_the_new_walls():
+    moved = CELLS.copy()
+    moved[80:90, 30:40] = 0
+    moved[30:40, 20:30] = 100
+    _, localizer = localizer_in_the_room()
+    here = Pose(3.0, 2.0, 0.5)
+    localizer.restart_at(here, 0.01 * np.eye(3))
+    localizer.see(0.0, Pose(0.0, 0.0), scan(here))
+    before = localizer.estimate.pose
+
+    localizer.change_map(LikelihoodField(moved, STEP, (0.0, 0.0), SETTINGS))
+    used = localizer.see(1.0, Pose(0.0, 0.0), scan(here, moved))
+    for number in range(12):
+        localizer.update_once()
+        localizer.see(2.0 + number, Pose(0.0, 0.0), scan(here, moved))
+
+    assert used
+    assert before.distance_to(here) < 0.15
+    assert localizer.estimate.pose.distance_to(here) < 0.1

@@ -27,6 +27,7 @@ from std_msgs.msg import Float32
 from std_srvs.srv import EmptyRequest
 
 from hive_common.grid_map import GridMap
+from hive_common.map_id import checksum_of
 from hive_common.pose import STOP, Pose
 from hive_common.ros.conversions import pose_to_msg, transform_to_msg
 from hive_common.ros.inbox import Inbox
@@ -114,6 +115,7 @@ class Robot:
         self.velocity = STOP
         self._hear: dict[str, Callable[[Any], None]] = {}
         self._inbox = Inbox()
+        self.map = SimpleNamespace(checksum="")
         monkeypatch.setattr(rospy, "Publisher", self._publisher)
         monkeypatch.setattr(rospy, "Subscriber", self._subscribe)
         monkeypatch.setattr(rospy, "Service", lambda name, _, serve: self._serve(name, serve))
@@ -132,18 +134,20 @@ class Robot:
             move_base_node, "read_settings", lambda *_: NavigationSettings(settle=0.0)
         )
         monkeypatch.setattr(move_base_node, "read_model", lambda _: MODEL)
-        planner = OmplPlanner(hall(), MODEL.base.circumscribed_radius)
+        self._use(hall())
         surroundings: Any = SimpleNamespace(
             inbox=self._inbox,
             transforms=SimpleNamespace(
                 lookup_transform=self._transform, get_latest_common_time=self._common_time
             ),
             heard=Neighbourhood(),
-            planner=lambda _: planner,
+            planner=lambda _: self._planner,
             announce=lambda announcement, _: self.announced.append(announcement),
             give_routes_to=lambda take: setattr(self, "_take_routes", take),
             every=lambda _, act: setattr(self, "_round", act),
             when_set_back=lambda act: setattr(self, "_begin_anew", act),
+            when_map_changes=lambda act: setattr(self, "_change_map", act),
+            map=self.map,
             catch_up_with=lambda until: setattr(self, "_recent_until", until),
         )
         self.server = Server()
@@ -152,6 +156,15 @@ class Robot:
         )
         monkeypatch.setattr(move_base_node.action_servers, "start", lambda _: None)
         MoveBase(RobotNames("/", "robot1"), surroundings).start()
+
+    def change_map(self, grid: GridMap) -> None:
+        """Have the map server serve another map."""
+        self._use(grid)
+        self._change_map()
+
+    def _use(self, grid: GridMap) -> None:
+        self._planner = OmplPlanner(grid, MODEL.base.circumscribed_radius)
+        self.map.checksum = checksum_of(grid)
 
     def set_clock_back(self, now: float) -> None:
         """Set ROS time back, and have the control loop notice it."""
@@ -586,3 +599,53 @@ def test_an_idle_robot_announces_itself_twice_a_second(robot: Robot) -> None:
     robot.drive(5.0)
 
     assert len(robot.announced) == pytest.approx(10, abs=2)
+
+
+def with_a_shelf() -> GridMap:
+    """Return the hall with a shelf across its middle, 2 m short of its upper wall."""
+    blocked = hall().blocked.copy()
+    blocked[:160, 95:105] = True
+    return GridMap.of_blocked(blocked, 0.05)
+
+
+def test_a_robot_under_way_plans_anew_on_a_new_map_and_reaches_its_goal(robot: Robot) -> None:
+    robot.send(8.0, 2.0)
+    robot.drive(1.0)
+    before = robot.published["/robot1/move_base/plan"][-1].poses
+    robot.change_map(with_a_shelf())
+    robot.drive(1.0)
+    after = robot.published["/robot1/move_base/plan"][-1].poses
+    robot.drive(60.0)
+
+    assert max(pose.pose.position.y for pose in before) < 2.5
+    assert max(pose.pose.position.y for pose in after) > 8.0
+    assert robot.server.outcome is not None
+    assert robot.server.outcome[0] == "succeeded"
+
+
+def test_a_goal_that_a_new_map_cuts_off_is_aborted_and_a_robot_without_one_stays(
+    robot: Robot,
+) -> None:
+    wall = hall().blocked.copy()
+    wall[:, 95:105] = True
+    robot.change_map(with_a_shelf())
+    assert robot.drive(1.0) == 0.0
+
+    robot.send(8.0, 2.0)
+    robot.drive(1.0)
+    robot.change_map(GridMap.of_blocked(wall, 0.05))
+    robot.drive(15.0)
+
+    assert robot.server.outcome is not None
+    assert robot.server.outcome[0] == "aborted"
+    assert robot.velocity == STOP
+
+
+def test_move_base_tells_which_map_it_uses(robot: Robot) -> None:
+    robot.change_map(with_a_shelf())
+
+    told = [(each.node, each.checksum) for each in robot.published["/robot1/map_in_use"]]
+    assert told == [
+        ("move_base", checksum_of(hall())),
+        ("move_base", checksum_of(with_a_shelf())),
+    ]

@@ -53,14 +53,6 @@ def test_it_knows_since_when_robots_were_heard_also_if_nobody_has_asked_yet(mast
     assert ears.since == 7.0
 
 
-def test_the_map_is_the_one_that_was_told(master):
-    ears = Ears("/")
-    chart = object()
-    master.callbacks["/map"](chart)
-
-    assert ears.map() is chart
-
-
 def test_to_listen_nothing_of_the_planner_is_imported():
     program = (
         "import sys, hive_navigation.ros.traffic_planner_node; "

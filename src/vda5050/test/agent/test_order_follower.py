@@ -53,8 +53,7 @@ class Pair:
         world = shelves()
         self.rig = Rig(Version.V2_0, late=late, world=world)
         self.model = with_own_scanners(load_model("mir100"))
-        self.planner = OmplPlanner(draw_map(world), self.model.base.circumscribed_radius)
-        settings = NavigationSettings(settle=0.0)
+        settings = self.settings = NavigationSettings(settle=0.0)
         self.orders, self.results = [], []
         self.agent = Agv(
             "agv",
@@ -65,13 +64,9 @@ class Pair:
             lambda: self.rig.simulation.time,
             lambda _: None,
             Tolerance(settings.position_tolerance, settings.yaw_tolerance),
-            self.planner.field,
+            ClearanceField.of(draw_map(world)),
         )
-        self.agent.use(
-            Navigator(
-                "agv", self.model, self.planner, self.agent.follower, self.planner.field, settings
-            )
-        )
+        self.use(draw_map(world))
         self.agent.presence.note_broker(connected=True, now=0.0)
         self._heard = 0
 
@@ -80,6 +75,13 @@ class Pair:
             self.orders.append(body)
         self.rig.send(body)
         return True
+
+    def use(self, grid):
+        """Have the agent plan on a map from now on."""
+        self.planner = OmplPlanner(grid, self.model.base.circumscribed_radius)
+        field, follower = self.planner.field, self.agent.follower
+        follower.field = field
+        self.agent.use(Navigator("agv", self.model, self.planner, follower, field, self.settings))
 
     def drive(self, goal):
         self.agent.drive(goal, self.results.append)
@@ -216,3 +218,18 @@ def test_an_agv_gets_the_next_part_of_its_base_before_it_has_to_brake():
         pair.run(ROUND)
         speeds.append(pair.rig.speed)
     assert min(speeds) > 0.8 * max(speeds)
+
+
+def test_an_agv_under_way_goes_on_to_its_goal_on_a_new_map():
+    pair = Pair()
+    pair.run(1.0)
+    pair.drive(Pose(8.5, 2.0, 0.0))
+    pair.run(3.0)
+    before = len(pair.orders)
+    new_shelf = Shape("new", shapely.geometry.box(6.0, 1.0, 6.6, 2.6))
+    pair.use(draw_map(hall(*shelves().shapes, new_shelf)))
+    pair.run(80.0)
+
+    assert before
+    assert [result.state for result in pair.results] == [CommandState.SUCCEEDED]
+    assert all(pair.is_clear(order) for order in pair.orders[before + 1 :])

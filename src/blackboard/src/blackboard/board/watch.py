@@ -74,7 +74,8 @@ class Presence:
             return seen.in_service
         returned = seen.in_service and not before.in_service
         relieved = not set(before.status.tasks) <= set(status.tasks)
-        return returned or relieved or charged
+        moved = status.map != before.status.map  # other places can be reached now
+        return returned or relieved or charged or moved
 
     def knows(self, robot_id: str) -> bool:
         """Return whether a robot was ever heard."""

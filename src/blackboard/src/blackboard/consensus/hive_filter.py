@@ -14,6 +14,7 @@ from blackboard.consensus.bootstrap import Handover, new_member
 from blackboard.consensus.member import Role, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat, Message
 from blackboard.domain.talker import BB_ACK, SYNC
+from hive_common.map_id import NO_MAP, MapId
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,6 +41,10 @@ class HiveFilter(Protocol):
     def carriers(self) -> tuple[str, ...] | None:
         """Names of the leader and of the backup; None if unknown."""
 
+    @property
+    def leaders_map(self) -> MapId:
+        """The map that the leader uses; no map while that is unknown."""
+
     def obeys(self, hive: str, epoch: int) -> bool:
         """Return whether the robot obeys the blackboard of a hive and an epoch."""
 
@@ -59,6 +64,7 @@ class NoFilter:
         self._talker = talker
         self.leader: tuple[str, ...] | None = None
         self.carriers: tuple[str, ...] | None = None
+        self.leaders_map = NO_MAP
 
     def obeys(self, _hive: str, _epoch: int) -> bool:
         """Return True."""

@@ -12,6 +12,8 @@ from enum import IntEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from hive_common.map_id import NO_MAP, MapId
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -39,6 +41,7 @@ class Heartbeat:
     robot_lease: float = 0.0  # how long a robot may work after that, by its own clock [s]
     hive: str = ""
     offline: tuple[str, ...] = ()  # the robots that the leader has heard, and no longer hears
+    map: MapId = NO_MAP  # that the leader uses; without a checksum it uses none
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 

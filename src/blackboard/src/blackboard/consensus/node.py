@@ -23,6 +23,7 @@ from blackboard.consensus.step import Died, Propose, Tick
 from blackboard.consensus.task_list import Coalescer, committed_list
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
 from blackboard.errors import JournalError
+from hive_common.map_id import NO_MAP, MapId
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -99,6 +100,7 @@ class RaftNode:
         self._to_robot: Coalescer | None = None
         self._granted: dict[str, float] = {}
         self._offline: tuple[str, ...] = ()
+        self._map = self._leaders_map = NO_MAP
         self._robot_lease = 0.0
         self._filter = MemberFilter(talker, member, settings.election, bootstraps=bootstrap)
         known = journal.load() or new_member(member, random)
@@ -254,8 +256,19 @@ class RaftNode:
         """Name the robots that are not heard with every heartbeat from now on."""
         self._offline = robots
 
+    def tell_map(self, used: MapId) -> None:
+        """Say which map this member uses, with every heartbeat that it sends as the leader."""
+        self._map = used
+
+    @property
+    def leaders_map(self) -> MapId:
+        """The map that the leader uses; no map while that is unknown."""
+        return self._map if self._serving else self._leaders_map
+
     def _hear(self, message: Message) -> None:
         if self._filter.accepts(message, self._member):
+            if isinstance(message, Heartbeat):
+                self._leaders_map = message.map
             self._step(message)
         else:
             self._pauses()
@@ -330,7 +343,9 @@ class RaftNode:
         if isinstance(message, Heartbeat):
             granted = dict(self._granted)
             lease, offline = self._robot_lease, self._offline
-            message = replace(message, heard=granted, robot_lease=lease, offline=offline)
+            message = replace(
+                message, heard=granted, robot_lease=lease, offline=offline, map=self._map
+            )
         self._talker.publish(_TOPICS[type(message)], message, message.to)
 
     def _step_down(self) -> None:

@@ -95,6 +95,11 @@ class GridPathLengths:
         """Return the length of the path [m]; infinite if there is none."""
         return self.length_and_delay(start, goal)[0]
 
+    def reaches(self, start: Pose, goal: Pose) -> bool:
+        """Return whether a path leads from a start to a goal, without looking for it."""
+        first, last = self._stand(start), self._stand(goal)
+        return first is not None and last is not None and first.part == last.part
+
     def length_and_delay(self, start: Pose, goal: Pose) -> tuple[float, float]:
         """Return the length of the path [m] and the time that traffic costs on it [s].
 

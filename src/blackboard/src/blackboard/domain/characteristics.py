@@ -12,6 +12,7 @@ import attrs
 from blackboard.domain.battery import BatteryModel
 from blackboard.domain.task import StepKind, Task, TaskType
 from blackboard.errors import CharacteristicsError
+from hive_common.map_id import NO_MAP, MapId
 from hive_common.pose import Pose
 from hive_common.structuring import (
     Allowed,
@@ -220,6 +221,7 @@ class RobotStatus:
     # For each type of task, the most it can carry [kg]; -1 if it does no such task. Empty if it
     # does not say.
     carries: tuple[float, ...] = ()
+    map: MapId = NO_MAP  # that it uses; without a checksum it uses none, or does not say
 
     def most_payload(self, kind: TaskType) -> float | None:
         """Return the maximum payload for a type of task [kg]; None if it does not say.

@@ -32,6 +32,7 @@ from blackboard.robot.contact import Contact, Gate
 from blackboard.robot.executor import CommandState, State
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
+from blackboard.robot.maps_in_use import MapsInUse
 from blackboard.robot.reports import Reports
 from blackboard.robot.respondent import Respondent
 from blackboard.robot.service import PUT_DOWN, WORDS, Service
@@ -66,6 +67,7 @@ class Robot:
     Attributes:
         charging: Decides when it charges.
         trouble: What is wrong with it though it works, such as its clock; empty if nothing is.
+        maps: Which maps its parts use; where one is not the leader's, it bids on nothing.
     """
 
     def __init__(
@@ -91,6 +93,7 @@ class Robot:
         self._pose = pose
         self._settings = settings
         self.trouble = ""
+        self.maps = MapsInUse()
         self._unanswered: Broadcast | None = None
         self._last_order = ""
         aging = Aging(talker.date, settings.aging)
@@ -150,15 +153,18 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=self._service.reason
-            or self._why_stopped()
-            or self._controller.missing()
-            or self.trouble,
+            reason=self._service.reason or self._why_stopped() or self._missing or self.trouble,
             tasks=tuple(entry.task.id for entry in self._schedule),
             sent=self._talker.now(),
             hive=self._filter.hive,
             carries=self._characteristics.carries,
+            map=self.maps.told(self._filter.leaders_map),
         )
+
+    @property
+    def _missing(self) -> str:
+        """What keeps it from taking tasks, though it is in service; empty if nothing does."""
+        return self._controller.missing() or self.maps.trouble(self._filter.leaders_map)
 
     @property
     def state(self) -> RobotState:
@@ -270,8 +276,7 @@ class Robot:
         self._unanswered = None
         if self._filter.obeys(asked.hive, asked.epoch):
             at_work = self._current is not None
-            missing = self._controller.missing()
-            answer = self._respondent.answer(asked, self._pose, missing, at_work=at_work)
+            answer = self._respondent.answer(asked, self._pose, self._missing, at_work=at_work)
             self._talker.publish(TASK_COST, answer, self._filter.leader)
 
     def _obey(self, order: Order) -> None:

@@ -138,6 +138,7 @@ def join(
         bootstrap=bootstraps,
         voter=stands_by,
     )
+    path_lengths.follow(node.tell_map)
     if stands_by:
         settings = params.read(BlackboardSettings, namespace)
         lengths_of = path_lengths.of

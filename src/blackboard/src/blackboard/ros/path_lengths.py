@@ -7,18 +7,23 @@ from typing import TYPE_CHECKING
 
 import rospy
 from nav_msgs.msg import OccupancyGrid
+from robot_description.msg import MapInUse
 from rospy.numpy_msg import numpy_msg
 
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.traffic_conditions import NO_TRAFFIC
 from blackboard.domain.settings import TrafficSettings
+from blackboard.domain.validation import MAX_NAME
 from blackboard.ros.startup import wait_for
 from blackboard.ros.traffic_told import TrafficTold
 from hive_common.errors import MapError
+from hive_common.map_id import NO_MAP, MapId, checksum_of
 from hive_common.ros import params
-from hive_common.ros.conversions import grid_from_msg
+from hive_common.ros.conversions import free_or_blocked, map_from_msg
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from blackboard.costing.grid_path_lengths import GridPathLengths
     from blackboard.costing.traffic_conditions import TrafficConditions
     from blackboard.domain.path_lengths import PathLengths
@@ -42,8 +47,9 @@ class RosPathLengths:
         rospy.ROSInterruptException: The node was shut down before there was a map.
         MapError: The map cannot be used.
 
-    ROS Subscribers: `map` (nav_msgs/OccupancyGrid) in the hive's namespace; with a traffic
-        planner `traffic_state` (robot_description/TrafficState).
+    ROS Subscribers: `map` (nav_msgs/OccupancyGrid) and `map_in_use` (robot_description/MapInUse)
+        in the hive's namespace; with a traffic planner `traffic_state`
+        (robot_description/TrafficState).
     """
 
     def __init__(self, talker: RosTalker, hive: str, settings: PathSettings) -> None:
@@ -51,6 +57,9 @@ class RosPathLengths:
         self._traffic = NO_TRAFFIC
         self._made: dict[float, GridPathLengths] = {}
         self._straight = EuclideanLengths()
+        self._map = NO_MAP
+        self._names: dict[str, str] = {}
+        self._followers: list[Callable[[MapId], None]] = []
         if settings.distance == "euclidean":
             return
         # This loads scipy, 6 MB, which only members with a map need; and it does so now, because
@@ -61,8 +70,10 @@ class RosPathLengths:
         topic = f"{hive}map"
         kind = numpy_msg(OccupancyGrid)
         remedy = "start a map server, or set ~distance to euclidean"
-        self._grid = grid_from_msg(wait_for(topic, kind, "map", remedy))
+        chart = map_from_msg(wait_for(topic, kind, "map", remedy))
+        self._grid, self._map = free_or_blocked(chart), MapId("", checksum_of(chart))
         rospy.Subscriber(topic, kind, self._take, talker, queue_size=1)
+        rospy.Subscriber(f"{hive}map_in_use", MapInUse, self._learn_name, talker, queue_size=1)
         if params.read(TrafficSettings, f"{hive}blackboard").traffic == "planned":
             self._follow_traffic(talker, hive)
 
@@ -74,6 +85,26 @@ class RosPathLengths:
             self._made[radius] = self._on_map(self._grid, radius, self._traffic)
         return self._made[radius]
 
+    def follow(self, tell: Callable[[MapId], None]) -> None:
+        """Tell now, and whenever that changes, which map is used; in the talker's thread."""
+        self._followers.append(tell)
+        tell(self._map)
+
+    def _learn_name(self, msg: MapInUse, talker: RosTalker) -> None:
+        def learn() -> None:
+            self._names = {msg.checksum: msg.name}
+            self._note(self._map.checksum)
+
+        talker.call(learn)
+
+    def _note(self, checksum: str) -> None:
+        known = self._map.name if checksum == self._map.checksum else ""
+        used = MapId(self._names.get(checksum, known)[:MAX_NAME], checksum)
+        if used != self._map:
+            self._map = used
+            for tell in self._followers:
+                tell(used)
+
     def _follow_traffic(self, talker: RosTalker, hive: str) -> None:
         def use(traffic: TrafficConditions) -> None:
             talker.call(lambda: self._use(self._grid, traffic))
@@ -83,11 +114,19 @@ class RosPathLengths:
 
     def _take(self, msg: OccupancyGrid, talker: RosTalker) -> None:
         try:
-            grid = grid_from_msg(msg)
+            chart = map_from_msg(msg)
         except MapError as error:
             rospy.logwarn(f"a new map is ignored: {error}")
             return
-        talker.call(lambda: self._use(grid, self._traffic))
+        grid, checksum = free_or_blocked(chart), checksum_of(chart)
+
+        def take() -> None:
+            if checksum != self._map.checksum:  # a latched map comes again with each connection
+                rospy.loginfo(f"uses a new map from now on, {checksum}")
+                self._use(grid, self._traffic)
+                self._note(checksum)
+
+        talker.call(take)
 
     def _use(self, grid: GridMap | None, traffic: TrafficConditions) -> None:
         self._grid, self._traffic = grid, traffic

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeVar
 
 import rospy
+from robot_description.msg import MapInUse
 
 from blackboard.domain import talker as topics
 from blackboard.domain.battery import Battery
@@ -27,6 +28,7 @@ from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.senses import Senses, wait_for_pose
 from blackboard.ros.startup import run_node
 from blackboard.ros.talker import RosTalker
+from hive_common.map_id import MapId
 from hive_common.ros import params
 from hive_common.ros.names import own_names
 
@@ -45,6 +47,12 @@ _Settings = TypeVar("_Settings")
 _NODE = "robot"
 """The node's name in the robot's namespace."""
 
+_PART = "robot_node"
+"""What the part of a robot is called that bids, among those that use a map."""
+
+_MAP_IN_USE = "map_in_use"
+_MOST_LETTERS = 64
+
 _ROBOT_TOPICS = (topics.TASK_COST, topics.CHARGER_CLAIM)
 
 
@@ -55,7 +63,7 @@ def main() -> None:
     `stands_by` subscribes to and advertises everything that the blackboard node does as well.
 
     ROS Subscribers: `task_bc`, `task_assign`, `map`, `bb_backup`, `bb_entries` of the hive;
-        `set_state`, `amcl_pose`, `odom`, `drop_charge` of the robot.
+        `set_state`, `amcl_pose`, `odom`, `drop_charge`, `map_in_use` of the robot.
     ROS Publishers: `task_cost`, `task_state`, `robot_status`, `charger_claim`, `bb_ack` of the
         hive; `battery_state` of the robot; `/diagnostics`.
     ROS Actions: client of the robot's `move_base` and, if it has an arm, `pick`.
@@ -188,7 +196,18 @@ def join_hive(
         node,
         charging_plan(names.hive),
     )
+    path_lengths.follow(lambda used: robot.maps.note(_PART, used))
+    hear = talker.take(_MAP_IN_USE, lambda msg: _note_map(robot, talker, msg))
+    rospy.Subscriber(names.of(_MAP_IN_USE), MapInUse, hear)
     return robot, node
+
+
+def _note_map(robot: Robot, talker: MemberTalker, msg: MapInUse) -> None:
+    used = MapId(msg.name, msg.checksum)
+    if max(map(len, (msg.node, *used))) > _MOST_LETTERS:
+        talker.refuse(_MAP_IN_USE, f"a text is longer than {_MOST_LETTERS} characters")
+        return
+    robot.maps.note(msg.node, used)
 
 
 def charging_plan(hive: str) -> ChargingPlan:

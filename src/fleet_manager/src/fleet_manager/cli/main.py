@@ -51,10 +51,14 @@ _MODULES = MappingProxyType(
         "compare": "bench",
         "load": "load",
         "world": "world",
+        "map": "map",
         "fault": "fault",
     }
 )
 """Which module of this package holds each command."""
+
+_BUILT_IN = {"map"}
+"""Commands whose functions are called otherwise, because Python has one of that name."""
 
 _BAD_INPUT = 2
 _CTRL_C = 130
@@ -89,7 +93,8 @@ class _Commands(click.Group):
         if cmd_name not in _MODULES:
             return None
         module = import_module(f"fleet_manager.cli.{_MODULES[cmd_name]}")
-        command: click.Command = getattr(module, cmd_name)
+        name = f"{cmd_name}_" if cmd_name in _BUILT_IN else cmd_name
+        command: click.Command = getattr(module, name)
         return command
 
 

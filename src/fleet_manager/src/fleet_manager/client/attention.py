@@ -36,6 +36,7 @@ def needs(state: HiveState, now: float) -> list[tuple[str, Severity]]:
     rows = [row for row in state.tasks.values() if row.is_open]
     found = [
         *_robots(state.robots.values()),
+        *_on_other_maps(state),
         *_waiting(rows, now),
         *_late(rows, now),
     ]
@@ -56,6 +57,23 @@ def _robots(rows: Iterable[RobotRow]) -> list[tuple[str, Severity]]:
         if names:
             found.append((f"{_some(names, 'robot')} {word}", Severity.ALARM))
     return found
+
+
+def _on_other_maps(state: HiveState) -> list[tuple[str, Severity]]:
+    """Return the robots that get no tasks because they use another map than the leader."""
+    beat = state.heartbeat
+    names = [
+        name
+        for name, row in state.robots.items()
+        if beat is not None
+        and row.state is not RobotState.OFFLINE
+        and row.status.map.differs(beat.map)
+    ]
+    if not names:
+        return []
+    uses = "uses another map" if len(names) == 1 else "use other maps"
+    text = f"{_some(sorted(names, key=natural), 'robot')} {uses} than the leader"
+    return [(text, Severity.ALARM)]
 
 
 def _waiting(rows: Iterable[TaskRow], now: float) -> list[tuple[str, Severity]]:

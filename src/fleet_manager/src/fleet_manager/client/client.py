@@ -20,7 +20,7 @@ from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import MAX_ID_LENGTH, TaskState, check_id
 from blackboard.errors import TaskRefusedError
 from blackboard.robot.service import PUT_DOWN
-from fleet_manager.client.formats import natural
+from fleet_manager.client.formats import member, natural
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import SILENCE, Standing
 from fleet_manager.client.task_ids import next_task_id
@@ -29,6 +29,7 @@ from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpEr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
+    from pathlib import Path
 
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.traffic import TrafficState
     from fleet_manager.client.words import Event
     from fleet_manager.config.scenario import PlannedTask
+    from hive_common.map_id import MapId
     from hive_common.pose import Pose
 
 DEFAULT_URI = "http://localhost:11311"
@@ -59,6 +61,9 @@ TRAFFIC_STATE = "traffic_state"
 
 CLOCK_WITHIN = 6.0
 """Time in which a simulator tells its time [s, wall], if there is one."""
+
+NEW_MAP_WITHIN = 60.0
+"""Time in which every robot plans on a new map [s]: a map of 4,000 x 4,000 cells takes 10 s."""
 
 _MOST_IDS = 20  # ids that are tried where others take them at the same moment
 _PAUSE = 1.0  # time in which everything is read that has come meanwhile [s]
@@ -105,6 +110,17 @@ class ClientLink(Protocol):
 
     def places(self) -> Mapping[str, Pose]:
         """Return the named places of the hive's building [map frame]."""
+
+    def radius_of(self, robot: str) -> float | None:
+        """Return how close a robot's middle may come to what is blocked [m]; None if unknown."""
+
+    def change_map(self, path: Path) -> None:
+        """Have the map server read a file.
+
+        Raises:
+            NoHiveError: No map server answers that can do so.
+            NotDoneError: It cannot use the file.
+        """
 
     def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report, or None after `timeout` [s]."""
@@ -384,6 +400,43 @@ class HiveClient:
                 f"no traffic planner answers within {ANSWER_WITHIN:g} s; zone {name} may not be "
                 f"{'closed' if closed else 'open'}"
             )
+
+    def change_map(self, path: Path, used: MapId) -> list[str]:
+        """Have the map server read a file, and wait until the hive uses it.
+
+        Args:
+            path: The file's absolute path.
+            used: The map that is in it.
+
+        Returns:
+            The robots that use it: all that are heard, but for those that do not say.
+
+        Raises:
+            NoHiveError: No map server answers that can do so.
+            NotDoneError: It cannot use the file, or somebody does not use the map.
+        """
+        self.link.listen(topics.ROBOT_STATUS, topics.BACKUP)
+        self.link.change_map(path)
+
+        def others() -> dict[str, MapId]:
+            beat = self.state.heartbeat
+            told = {} if beat is None else {f"the leader, {member(beat.leader)},": beat.map}
+            told |= {
+                name: row.status.map
+                for name, row in self.state.robots.items()
+                if row.state is not RobotState.OFFLINE
+            }
+            return {name: each for name, each in told.items() if each.differs(used)}
+
+        self._pump(lambda: not others(), NEW_MAP_WITHIN)
+        if left := others():
+            texts = [f"{name} uses {each}" for name, each in left.items()]
+            raise NotDoneError(
+                f"not everybody uses {used} after {NEW_MAP_WITHIN:g} s: {'; '.join(texts)}; "
+                "robots that use another map than the leader get no tasks"
+            )
+        robots = self.state.robots.items()
+        return [name for name, row in robots if row.status.map.checksum == used.checksum]
 
     def follow(self, ids: Iterable[str], timeout: float | None) -> dict[str, TaskState]:
         """Wait until tasks that the blackboard has answered have ended; return their final states.

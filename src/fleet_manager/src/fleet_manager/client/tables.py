@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.hive_state import HiveState
     from fleet_manager.client.rows import RobotRow, TaskRow
     from fleet_manager.client.traffic import TrafficState
+    from hive_common.map_id import MapId
     from hive_common.pose import Pose
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "DONE IN", "REASON")
@@ -27,6 +28,7 @@ _BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REAS
 _PART_HEAD = ("PART", "ROBOT", "REASON")
 _WAIT_HEAD = ("ROBOT", "WAITS FOR", "PLACE", "FOR")
 _SLOW_HEAD = ("SLOW PLACE", "WHERE", "WAITED", "WAITS")
+_MAP_HEAD = ("ROBOT", "MAP", "CHECKSUM", "")
 _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
 
 
@@ -104,6 +106,16 @@ def _robot_row(row: RobotRow) -> tuple[str, ...]:
         str(queued(robot)),
         row.reason,
     )
+
+
+def maps_table(used: Mapping[str, MapId], leaders: MapId | None) -> list[str]:
+    """Return a table of the maps that robots use, and which is not the leader's."""
+    rows = []
+    for robot, each in used.items():
+        is_odd = leaders is not None and each.differs(leaders)
+        remark = "not the leader's: gets no tasks" if is_odd else ""
+        rows.append((robot, each.name or UNKNOWN, each.checksum or UNKNOWN, remark))
+    return _table(_MAP_HEAD, rows)
 
 
 def waits_table(state: TrafficState) -> list[str]:
@@ -233,6 +245,7 @@ def robot_data(row: RobotRow) -> dict[str, Any]:
         "carries": {
             kind.name: most for kind in TaskType if (most := robot.most_payload(kind)) is not None
         },
+        "map": robot.map._asdict(),
         "reason": row.reason,
     }
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from fleet_manager.client.formats import duration
+from fleet_manager.client.formats import duration, natural
 from fleet_manager.client.words import Event, Severity
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def traffic_change(before: TrafficState | None, now: TrafficState) -> Iterator[E
         robot: tuple(place for place in places if place not in known.get(robot, ()))
         for robot, places in now.unreached.items()
     }
-    for text in _out_of_reach(new):
+    for text in out_of_reach(new):
         yield Event(text, Severity.WARNING)
     told = set() if before is None else {lock.who for lock in before.locks}
     for lock in now.locks:
@@ -192,15 +192,15 @@ def lock_lines(state: TrafficState) -> list[str]:
         f"cannot go on for {duration(state.time - lock.since)}: {lock.text}"
         for lock in state.locks
     ]
-    lines += _out_of_reach(state.unreached)
+    lines += out_of_reach(state.unreached)
     counts = [f"{kind} {count}" for kind, count in state.counts.items() if count]
     return [*lines, f"locks so far: {', '.join(counts)}"] if counts else lines
 
 
-def _out_of_reach(unreached: Mapping[str, Sequence[str]]) -> list[str]:
+def out_of_reach(unreached: Mapping[str, Sequence[str]]) -> list[str]:
     """Return which robots cannot reach which places, robots with the same ones together."""
     together: dict[tuple[str, ...], list[str]] = {}
-    for robot, places in sorted(unreached.items()):
+    for robot, places in sorted(unreached.items(), key=lambda item: natural(item[0])):
         if places:
             together.setdefault(tuple(places), []).append(robot)
     return [

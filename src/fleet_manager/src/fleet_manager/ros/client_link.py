@@ -14,18 +14,22 @@ from typing import TYPE_CHECKING
 import rosgraph
 import rospy
 
+from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.talker import ROBOT_STATUS
+from blackboard.errors import BlackboardError
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, HiveMessage, TruePlace
 from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
 from fleet_manager.errors import NoHiveError
 from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
+from fleet_manager.ros.map_service import change_map
 from fleet_manager.ros.place_parameter import hive_places
 from fleet_manager.ros.troubles import Troubles
 from hive_common.ros.reconnecting import keep_connected
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import BatteryState
@@ -177,6 +181,17 @@ class RosClientLink:
     def places(self) -> Mapping[str, Pose]:
         """Return the named places of the hive's building [map frame]."""
         return hive_places()
+
+    def radius_of(self, robot: str) -> float | None:
+        """Return how close a robot's middle may come to what is blocked [m]; None if unknown."""
+        try:
+            return characteristics_from(rospy.get_param(f"{robot}/characteristics")).radius
+        except (rospy.ROSException, KeyError, OSError, BlackboardError):
+            return None
+
+    def change_map(self, path: Path) -> None:
+        """Call the map server's service `change_map`; see `ClientLink.change_map`."""
+        change_map(path)
 
     def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report, or None after `timeout` [s]."""

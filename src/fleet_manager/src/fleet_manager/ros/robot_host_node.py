@@ -84,7 +84,7 @@ def _run() -> None:
         if robot.localization == "fake_localization":
             FakeLocalization(names[robot.name])
         elif robot.localization == "amcl":
-            _in_thread(Amcl(names[robot.name], surroundings.chart).run)
+            _in_thread(Amcl(names[robot.name], surroundings.map).run)
     for robot in robots:
         own = names[robot.name]
         if robot.navigation == "ours":

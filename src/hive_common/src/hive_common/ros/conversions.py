@@ -115,7 +115,11 @@ def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with nu
     Raises:
         MapError: See `map_from_msg`.
     """
-    chart = map_from_msg(msg)
+    return free_or_blocked(map_from_msg(msg))
+
+
+def free_or_blocked(chart: GridMap) -> GridMap:
+    """Return a map with blocked and free cells only; what is not known is blocked."""
     blocked = (chart.cells < 0) | (chart.cells >= OCCUPIED_FROM)
     return GridMap.of_blocked(blocked, chart.resolution, chart.origin)
 

@@ -101,6 +101,8 @@ class SecondLook:
         for line in lines:
             terminalreporter.line(line)
         terminalreporter.stats["flaky"] = list(self._flaky.values())
+        # pytest 8 has looked already which kinds its last line is to count.
+        terminalreporter._set_main_color()  # noqa: SLF001  (pytest has no other way)
         self._file.parent.mkdir(exist_ok=True)
         with self._file.open("a", encoding="utf-8") as file:
             now = datetime.now().astimezone().isoformat(timespec="seconds")

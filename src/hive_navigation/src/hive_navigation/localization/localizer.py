@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose
     from hive_navigation.localization.amcl_settings import AmclSettings
-    from hive_navigation.localization.likelihood_field import BeamChooser
+    from hive_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
     from hive_navigation.localization.particle_filter import Estimate, ParticleFilter
     from robot_description.scan import Scan
 
@@ -48,6 +48,11 @@ class Localizer:
     def restart_anywhere(self) -> None:
         """Start again without knowing where the robot is."""
         self._filter.start_anywhere()
+        self._due = True
+
+    def change_map(self, field: LikelihoodField) -> None:
+        """Go on from where the robot is taken to be, on another map; see `ParticleFilter`."""
+        self._filter.change_map(field)
         self._due = True
 
     def update_once(self) -> None:

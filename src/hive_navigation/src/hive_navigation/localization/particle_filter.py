@@ -73,6 +73,14 @@ class ParticleFilter:
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self._slow = self._fast = 0.0
 
+    def change_map(self, field: LikelihoodField) -> None:
+        """Weigh by another map of the same building, in the same frame, from now on.
+
+        The cloud stays where it is. How likely scans were on the old map says nothing any more.
+        """
+        self._field = field
+        self._slow = self._fast = 0.0
+
     def move(self, move: Pose) -> None:
         """Move the cloud by odometry; `move` is seen from where the robot was."""
         self.particles = spread(self.particles, move, self._settings, self._random)

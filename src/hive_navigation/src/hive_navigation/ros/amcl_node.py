@@ -18,7 +18,6 @@ from hive_common.errors import MapError
 from hive_common.ros.conversions import (
     covariance_from_msg,
     covariance_to_msg,
-    map_from_msg,
     planar_pose,
     pose_from_msg,
     transform_to_msg,
@@ -30,15 +29,15 @@ from hive_navigation.localization.likelihood_field import BeamChooser, Likelihoo
 from hive_navigation.localization.localizer import Localizer
 from hive_navigation.localization.odometry_history import OdometryHistory
 from hive_navigation.localization.particle_filter import ParticleFilter
+from hive_navigation.ros.map_topic import MapTeller, MapTopic
 from hive_navigation.ros.scan_reader import ScanReader
-from hive_navigation.ros.startup import read_model, read_settings, run_node, wait_for_map
+from hive_navigation.ros.startup import read_model, read_settings, run_node
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from nav_msgs.msg import OccupancyGrid
-
     from hive_common.geometry import Array
+    from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
     from robot_description.scan import Scan
 
@@ -50,16 +49,18 @@ _MAX_SHOWN = 500  # maximum number of particles published for RViz
 class Amcl:
     """Localizes one robot.
 
+    On a new map it goes on from where it takes the robot to be.
+
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `odom` (nav_msgs/Odometry), `initialpose`
         (geometry_msgs/PoseWithCovarianceStamped, frame map).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped, latched, with every scan
         that is used), `particlecloud` (geometry_msgs/PoseArray), tf from map to the robot's odom
-        with every scan.
+        with every scan; and that of `MapTeller`.
     ROS Services: `global_localization`, `request_nomotion_update` (std_srvs/Empty).
     ROS Parameters: see config/amcl.yaml.
     """
 
-    def __init__(self, names: RobotNames, wait_for_chart: Callable[[], OccupancyGrid]) -> None:
+    def __init__(self, names: RobotNames, map_topic: MapTopic) -> None:
         """Start at the initial pose of the parameters.
 
         A mistake in the parameters ends it before it waits for the map.
@@ -76,9 +77,11 @@ class Amcl:
         self._names = names
         self._odom_frame = f"{names.robot}/odom"
         self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
-        chart = map_from_msg(wait_for_chart())
-        field = LikelihoodField(chart.cells, chart.resolution, chart.origin[:2], settings)
-        self._filter = ParticleFilter(field, settings, np.random.default_rng())
+        chart = map_topic.chart()
+        self._make_field: Callable[[GridMap], LikelihoodField] = lambda chart: LikelihoodField(
+            chart.cells, chart.resolution, chart.origin[:2], settings
+        )
+        self._filter = ParticleFilter(self._make_field(chart), settings, np.random.default_rng())
         chooser = BeamChooser(model.laser, settings.laser_max_beams)
         self._localizer = Localizer(self._filter, chooser, settings)
         self._chart = chart
@@ -87,6 +90,8 @@ class Amcl:
         self._reader = ScanReader(names.of("scan"))
         self._scan: tuple[rospy.Time, Scan] | None = None  # until the odometry of its time comes
         self._inbox = Inbox()
+        self._map_topic = map_topic
+        map_topic.follow(self._take_map)
 
     def run(self) -> None:
         """Localize until the node is shut down."""
@@ -94,6 +99,8 @@ class Amcl:
         self._poses = rospy.Publisher(
             self._names.of("amcl_pose"), PoseWithCovarianceStamped, queue_size=1, latch=True
         )
+        self._map_teller = MapTeller(self._names, "amcl")
+        self._map_teller.tell(self._map_topic.checksum)
         self._cloud = rospy.Publisher(self._names.of("particlecloud"), PoseArray, queue_size=1)
         topics: dict[str, tuple[type, Callable[..., None]]] = {
             "odom": (Odometry, self._drive),
@@ -106,6 +113,18 @@ class Amcl:
         self._serve("request_nomotion_update", self._localizer.update_once)
         while not rospy.is_shutdown():
             self._inbox.wait(timeout=0.5)
+
+    def _take_map(self, chart: GridMap) -> None:
+        """Prepare for a new map, in another thread than the main one, which then changes to it."""
+        field = self._make_field(chart)
+
+        def change() -> None:
+            rospy.loginfo(f"{self._names.robot} is localized on a new map from now on")
+            self._chart = chart
+            self._localizer.change_map(field)
+            self._map_teller.tell(self._map_topic.checksum)
+
+        self._inbox.put(change)
 
     def _later(self, handle: Callable[..., None]) -> Callable[..., None]:
         """Return a callback that has the main thread handle a message."""
@@ -203,4 +222,4 @@ def main() -> int:
 
 def _run() -> None:
     names = own_names()
-    Amcl(names, lambda: wait_for_map(f"{names.hive}map")).run()
+    Amcl(names, MapTopic(names.hive)).run()

@@ -5,9 +5,10 @@
 
 ROS Publishers:
     map (nav_msgs/OccupancyGrid), map_metadata (nav_msgs/MapMetaData): latched.
+    map_in_use (robot_description/MapInUse): the map's name and checksum, latched.
 ROS Services:
-    static_map (nav_msgs/GetMap); change_map (nav_msgs/LoadMap), which reads another file. Nodes
-    of this workspace take the map that is there when they start.
+    static_map (nav_msgs/GetMap); change_map (nav_msgs/LoadMap), which reads another file, that
+        all nodes of the hive then use.
 ROS Parameters:
     ~map (lab): name of a map of this workspace, or the path of a YAML file; an argument goes
         before it.
@@ -16,15 +17,18 @@ ROS Parameters:
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
+from robot_description.msg import MapInUse
 from std_msgs.msg import Header
 
 from hive_common.errors import FileError, MapError, ParameterError
 from hive_common.map_file import load_map
+from hive_common.map_id import checksum_of
 from hive_common.ros.conversions import map_msg
 from hive_common.ros.params import text
 from hive_navigation.ros.startup import run_node
@@ -44,23 +48,29 @@ class MapServer:
     def __init__(self, name: str, frame: str) -> None:
         """Read the map of a name or path, and serve it in a frame."""
         self._frame = frame
-        self._map = self._read(name)
+        self._map, self._in_use = self._read(name)
         self._publishers = [
             rospy.Publisher(topic, kind, queue_size=1, latch=True)
-            for topic, kind in (("map", OccupancyGrid), ("map_metadata", MapMetaData))
+            for topic, kind in (
+                ("map_in_use", MapInUse),  # whoever hears of a map can then name it
+                ("map", OccupancyGrid),
+                ("map_metadata", MapMetaData),
+            )
         ]
         self._publish()
         rospy.Service("static_map", GetMap, self._serve)
         rospy.Service("change_map", LoadMap, self._change)
 
-    def _read(self, name: str) -> OccupancyGrid:
+    def _read(self, name: str) -> tuple[OccupancyGrid, MapInUse]:
         grid = load_map(name, rospy.logwarn)
         height, width = grid.cells.shape
         rospy.loginfo(f"map '{name}': {width} x {height} cells of {grid.resolution:g} m")
-        return map_msg(Header(stamp=rospy.Time.now(), frame_id=self._frame), grid)
+        message = map_msg(Header(stamp=rospy.Time.now(), frame_id=self._frame), grid)
+        return message, MapInUse("map_server", Path(name).stem, checksum_of(grid))
 
     def _publish(self) -> None:
-        for publisher, content in zip(self._publishers, (self._map, self._map.info), strict=True):
+        contents = (self._in_use, self._map, self._map.info)
+        for publisher, content in zip(self._publishers, contents, strict=True):
             publisher.publish(content)
 
     def _serve(self, _request: GetMapRequest) -> GetMapResponse:
@@ -69,7 +79,7 @@ class MapServer:
     def _change(self, request: LoadMapRequest) -> LoadMapResponse:
         """Serve another map from now on; one that cannot be used changes nothing."""
         try:
-            self._map = self._read(request.map_url)
+            self._map, self._in_use = self._read(request.map_url)
         except (FileError, MapError) as error:
             rospy.logerr(f"change_map: {error}")
             image = isinstance(error, MapError)

@@ -35,6 +35,7 @@ from hive_navigation.control.goal_tracker import NavigationSettings
 from hive_navigation.control.navigator import Navigator
 from hive_navigation.control.pursuit_follower import PursuitFollower
 from hive_navigation.planning.planner import PlanError
+from hive_navigation.ros.map_topic import MapTeller
 from hive_navigation.ros.senses import Senses
 from hive_navigation.ros.startup import read_model, read_settings, run_node
 from hive_navigation.ros.surroundings import Surroundings
@@ -66,7 +67,7 @@ class MoveBase:
         (std_msgs/Float32), the highest speed from now on [m/s], none if it is not above 0; and
         those of `Senses` and `Surroundings`.
     ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty at
-        the end), and that of `Surroundings`.
+        the end), and those of `Surroundings` and `MapTeller`.
     ROS Actions: `move_base` (move_base_msgs/MoveBaseAction); the result's text says why a goal was
         not reached.
     ROS Services: `move_base/make_plan` (nav_msgs/GetPlan): a path, also while the robot drives;
@@ -88,13 +89,14 @@ class MoveBase:
         settings = read_settings(NavigationSettings, names.of("move_base"))
         model = read_model(names)
         self._settings = settings
-        self._planner = planner = surroundings.planner(model.base.circumscribed_radius)
+        self._radius = model.base.circumscribed_radius
+        self._planner = surroundings.planner(self._radius)
         self._senses = Senses(
             names, surroundings, _MAP_FRAME, settings.senses_timeout, 1.0 / model.laser.rate
         )
         self._follower = follower = PursuitFollower(model.base)
         self._make_navigator: Callable[[], Navigator] = lambda: Navigator(
-            names.robot, model, planner, follower, planner.field, settings
+            names.robot, model, self._planner, follower, self._planner.field, settings
         )
         self._navigator = self._make_navigator()
         self._last_velocity = STOP
@@ -106,6 +108,7 @@ class MoveBase:
         self._cmd_vel = rospy.Publisher(names.of("cmd_vel"), Twist, queue_size=1, headers=period)
         self._plan = rospy.Publisher(names.of("move_base/plan"), PathMsg, queue_size=1, latch=True)
         self._goals = rospy.Publisher(names.of("move_base/goal"), MoveBaseActionGoal, queue_size=1)
+        self._map_teller = MapTeller(names, "move_base")
         self._server = actionlib.SimpleActionServer(
             names.of("move_base"), MoveBaseAction, auto_start=False
         )
@@ -125,6 +128,8 @@ class MoveBase:
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
         )
         self._surroundings.when_set_back(self._begin_anew)
+        self._surroundings.when_map_changes(self._change_map)
+        self._map_teller.tell(self._surroundings.map.checksum)
         self._surroundings.catch_up_with(self._senses.recent_until)
         self._surroundings.every(1 / self._settings.control_rate, self._round)
 
@@ -136,6 +141,15 @@ class MoveBase:
         self._senses.forget()
         if goal is not None:
             self._navigator.set_goal(goal, rospy.get_time())
+
+    def _change_map(self) -> None:
+        """Go on to the goal on a new map, without what was planned on the old one."""
+        goal = self._navigator.goal
+        self._planner = self._surroundings.planner(self._radius)
+        self._navigator = self._make_navigator()
+        if goal is not None:
+            self._navigator.set_goal(goal, rospy.get_time())
+        self._map_teller.tell(self._surroundings.map.checksum)
 
     def _limit_speed(self, message: Float32) -> None:
         if math.isnan(message.data):

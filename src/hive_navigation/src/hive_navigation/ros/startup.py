@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a node of this package does before its work: it reads parameters, robot model and map."""
+"""What a node of this package does before its work: it reads parameters and robot model."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, TypeVar
 
 import rospy
-from nav_msgs.msg import OccupancyGrid
-from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import HiveError, ParameterError
 from hive_common.ros.links import mend_links
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
     from hive_common.ros.names import RobotNames
 
 Settings = TypeVar("Settings")
-
-MAP_TIMEOUT = 5.0  # time between two warnings that there is no map [s]
 
 
 def run_node(name: str, run: Callable[[], None]) -> int:
@@ -55,21 +51,6 @@ def read_model(names: RobotNames) -> RobotModel:
         raise ParameterError(
             f"{error}; load a robot model with roslaunch robot_description description.launch"
         ) from None
-
-
-def wait_for_map(topic: str) -> OccupancyGrid:
-    """Return the map of a latched topic, its data as an array; warn while there is none.
-
-    Raises:
-        rospy.ROSInterruptException: The node was shut down.
-    """
-    while True:
-        try:
-            return rospy.wait_for_message(topic, numpy_msg(OccupancyGrid), timeout=MAP_TIMEOUT)
-        except rospy.ROSInterruptException:
-            raise
-        except rospy.ROSException:
-            rospy.logwarn(f"no map on {topic} yet; start a map server")
 
 
 def read_settings(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import rospy
 from robot_description.msg import Routes, Traffic
 
-from hive_common.ros.conversions import grid_from_msg
+from hive_common.ros.conversions import free_or_blocked
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from hive_common.ros.transforms import Transforms
@@ -26,14 +26,13 @@ from hive_navigation.ros.conversions import (
     traffic_from_msg,
     traffic_to_msg,
 )
-from hive_navigation.ros.startup import wait_for_map
+from hive_navigation.ros.map_topic import MapTopic
 from hive_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from nav_msgs.msg import OccupancyGrid
-
+    from hive_common.grid_map import GridMap
     from hive_navigation.mapf.route import Route
     from hive_navigation.traffic.right_of_way import Announcement
 
@@ -52,6 +51,7 @@ class Surroundings:
         inbox: Actions for the control loop.
         transforms: The transforms of the last five seconds.
         heard: What every robot announces, those of this process included.
+        map: The map; see `when_map_changes`.
 
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic),
         `routes` (robot_description/Routes), of the hive; tf.
@@ -64,28 +64,20 @@ class Surroundings:
         self.transforms = Transforms(cache_time=5.0)
         self.heard = Neighbourhood()
         self._hive = hive
-        self._chart: OccupancyGrid | None = None
+        self.map = MapTopic(hive)
+        self.map.follow(self._take_map)
         self._planners: dict[float, OmplPlanner] = {}
         self._rounds: list[_Rounds] = []
         self._route_takers: list[Callable[[tuple[Route, ...]], None]] = []
         self._was_set_back = SetBack(rospy.get_time)
         self._anew: list[Callable[[], None]] = []
+        self._on_map: list[Callable[[], None]] = []
         self._own: set[str] = set()  # the robots of this process that have announced themselves
         self._catching_up = CatchingUp(rospy.get_time, time.monotonic)
         self._senses: list[Callable[[], dict[str, float]]] = []
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
         rospy.Subscriber(f"{hive}routes", Routes, self._hear_routes, queue_size=10)
-
-    def chart(self) -> OccupancyGrid:
-        """Return the map; wait for it the first time.
-
-        Raises:
-            rospy.ROSInterruptException: The node was shut down.
-        """
-        if self._chart is None:
-            self._chart = wait_for_map(f"{self._hive}map")
-        return self._chart
 
     def planner(self, radius: float) -> OmplPlanner:
         """Return the planner for robots of a radius [m]; wait for the map the first time.
@@ -94,8 +86,24 @@ class Surroundings:
             rospy.ROSInterruptException: The node was shut down.
         """
         if radius not in self._planners:
-            self._planners[radius] = OmplPlanner(grid_from_msg(self.chart()), radius)
+            self._planners[radius] = OmplPlanner(free_or_blocked(self.map.chart()), radius)
         return self._planners[radius]
+
+    def when_map_changes(self, action: Callable[[], None]) -> None:
+        """Have the control loop do something as soon as `planner` returns those of a new map."""
+        self._on_map.append(action)
+
+    def _take_map(self, chart: GridMap) -> None:
+        """Prepare for a new map while the control loop goes on with the old one."""
+        grid = free_or_blocked(chart)
+        planners = {radius: OmplPlanner(grid, radius) for radius in self._planners}
+        self.inbox.put(lambda: self._change_map(planners))
+
+    def _change_map(self, planners: dict[float, OmplPlanner]) -> None:
+        rospy.loginfo("plans on a new map from now on")
+        self._planners = planners
+        for action in self._on_map:
+            action()
 
     def announce(self, announcement: Announcement, frame: str) -> None:
         """Tell the robots of this process and all others what one of them is about to do."""

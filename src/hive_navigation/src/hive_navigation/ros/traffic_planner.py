@@ -20,7 +20,8 @@ from robot_description.msg import Routes, TrafficState, ZoneCommand
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from hive_common.ros.conversions import grid_from_msg
+from hive_common.map_id import checksum_of
+from hive_common.ros.conversions import free_or_blocked
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from hive_navigation.mapf.reachability import unreached
@@ -98,9 +99,10 @@ class TrafficPlanner:
         self._lanes = rospy.Publisher(f"{hive}traffic_lanes", Marker, queue_size=1, latch=True)
         self._markers = rospy.Publisher(f"{hive}traffic_markers", MarkerArray, queue_size=1)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        chart = ears.map(lambda: progress.go_on("waits for the map"))
+        chart = ears.map.chart(lambda: progress.go_on("waits for the map"))
+        self._checksum = checksum_of(chart)
         progress.say("works out where on the map there is room")
-        self._field = ClearanceField.of(grid_from_msg(chart))
+        self._field = ClearanceField.of(free_or_blocked(chart))
         self._listen(progress)
         radii = sorted({robot.radius for robot in self._news.values()})
         self._least_radius = radii[0]
@@ -119,12 +121,15 @@ class TrafficPlanner:
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
 
     def run(self) -> None:
-        """Plan until the node is shut down, or ROS time is set back."""
+        """Plan until the node is shut down, ROS time is set back, or there is another map."""
         self._was_set_back = SetBack(rospy.get_time)
         while not rospy.is_shutdown():
             now = rospy.get_time()
             if self._was_set_back():
                 rospy.logwarn("ROS time was set back: the next traffic planner begins anew")
+                return
+            if self._ears.map.checksum != self._checksum:
+                rospy.logwarn("there is a new map: the next traffic planner begins anew on it")
                 return
             self._inbox.empty()
             self._hear()

@@ -106,8 +106,14 @@ class Agv:
         self._unplug_at = self._plug_at = self._asked_at = -math.inf
 
     def use(self, navigator: Navigator) -> None:
-        """Let a navigator, which drives by this AGV's follower, decide where it goes."""
+        """Let a navigator, which drives by this AGV's follower, decide where it goes.
+
+        One that takes the place of another goes on to its goal.
+        """
+        goal = None if self._navigator is None else self._navigator.goal
         self._navigator = navigator
+        if goal is not None:
+            navigator.set_goal(goal, self._clock())
 
     # What the AGV tells.
 

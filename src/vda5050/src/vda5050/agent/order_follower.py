@@ -62,9 +62,10 @@ class OrderFollower:
         to_agv: Turns a pose of the hive's map into one of the AGV's: x, y, yaw, map id.
         clock: Returns the time [s].
         tolerance: How near it has to come to the end.
-        field: Clearances of the hive's map.
+        field: See below.
 
     Attributes:
+        field: Clearances of the hive's map as it is now.
         is_off: Whether the AGV stands where no clear line leads to its path: it needs another one.
         velocity: How fast the AGV drives now, as it says.
         wants_more: Whether the AGV asks for a longer base.
@@ -91,7 +92,7 @@ class OrderFollower:
         self._to_agv = to_agv
         self._clock = clock
         self._tolerance = tolerance
-        self._field = field
+        self.field = field
         self._radius = base.circumscribed_radius
         self._path: Path | None = None
         self._yaw: float | None = None
@@ -200,13 +201,13 @@ class OrderFollower:
             first: Where its part of the path begins.
             following: The next point of the path.
         """
-        away, clear = math.dist(begin, first), self._field.line_is_clear
+        away, clear = math.dist(begin, first), self.field.line_is_clear
         if away <= MARGIN:
             return ()
         if away > BESIDE:
             return None
         # Where there is less room than that already, it must not become still less.
-        need = min(self._radius + MARGIN, self._field.at(*begin), self._field.at(*first))
+        need = min(self._radius + MARGIN, self.field.at(*begin), self.field.at(*first))
         if clear(begin, following, need):
             return ()
         return (first,) if clear(begin, first, need) else None
@@ -235,7 +236,7 @@ class OrderFollower:
         place, map_id = self._to_agv(Pose(*point, yaw or 0.0))
         near = self._tolerance.position
         if not ends:
-            near = min(max(self._field.at(*point) - self._radius, NARROW), PASSING)
+            near = min(max(self.field.at(*point) - self._radius, NARROW), PASSING)
         turn = math.pi if yaw is None else self._tolerance.yaw
         theta = None if yaw is None else place.yaw
         return Stop(NodePosition(place.x, place.y, map_id, theta, Deviation(near, near), turn))

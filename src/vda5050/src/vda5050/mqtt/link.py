@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import attrs
 from paho.mqtt import client as paho
+from paho.mqtt.enums import CallbackAPIVersion
+from paho.mqtt.reasoncodes import ReasonCode
 
 from hive_common.structuring import Name, between
 from vda5050.errors import BrokerError
@@ -115,20 +117,27 @@ class Link:
         """Whether there is a broker."""
         return bool(self._client.is_connected())
 
-    def _connected(self, _client: object, _data: object, _flags: object, code: int) -> None:
-        if code:
+    def _connected(
+        self,
+        _client: object,
+        _data: object,
+        _flags: object,
+        reason: ReasonCode,
+        _properties: object,
+    ) -> None:
+        if reason.is_failure:
             logging.getLogger(__name__).warning(
                 "the broker %s:%d refuses us: %s; check user, password_file and its access rules",
                 self._settings.host,
                 self._settings.port,
-                paho.connack_string(code),
+                reason,
             )
             return
         if self._topics:
             self._client.subscribe(list(self._topics.items()))
         self._on_change(True)
 
-    def _disconnected(self, _client: object, _data: object, _code: int) -> None:
+    def _disconnected(self, *_: object) -> None:
         self._on_change(False)
 
     def _received(self, _client: object, _data: object, message: paho.MQTTMessage) -> None:
@@ -136,12 +145,13 @@ class Link:
             topic = message.topic
         except UnicodeDecodeError:
             return  # no topic of ours is written so
-        self._on_message(topic, message.payload)
+        self._on_message(topic, bytes(message.payload))
 
 
 def _client(client_id: str) -> paho.Client:
     """Return a client of MQTT 3.1.1, which every broker and AGV speaks."""
-    return paho.Client(client_id, clean_session=True, protocol=paho.MQTTv311)
+    callbacks = CallbackAPIVersion.VERSION2
+    return paho.Client(callbacks, client_id, clean_session=True, protocol=paho.MQTTv311)
 
 
 def _password(settings: BrokerSettings) -> str | None:

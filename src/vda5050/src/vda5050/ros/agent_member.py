@@ -23,6 +23,7 @@ from hive_common.ros.conversions import pose_from_msg, transform_to_msg
 from hive_common.structuring import structure
 from hive_navigation.control.goal_tracker import NavigationSettings
 from hive_navigation.control.navigator import Navigator
+from hive_navigation.ros.map_topic import MapTeller
 from robot_description.models import RobotModel
 from vda5050.agent.agv import Agv
 from vda5050.agent.body import with_own_scanners
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from blackboard.ros.talker import MemberTalker, RosTalker
     from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
+    from hive_navigation.planning.ompl_planner import OmplPlanner
     from hive_navigation.ros.surroundings import Surroundings
     from vda5050.mqtt.link import Link
     from vda5050.protocol.codec import Body
@@ -63,8 +65,8 @@ class AgentMember:
     What comes from the broker and the control loop belong to the thread of `surroundings`; the
     robot's part of the hive belongs to the talker's.
 
-    ROS Publishers: `battery_state` (sensor_msgs/BatteryState) of the robot; tf from map to its
-        base_footprint, unless the simulator does so.
+    ROS Publishers: `battery_state` (sensor_msgs/BatteryState) of the robot, and that of
+        `MapTeller`; tf from map to its base_footprint, unless the simulator does so.
     ROS Subscribers: `pause` (std_msgs/Bool) and `initialpose`
         (geometry_msgs/PoseWithCovarianceStamped) of the robot.
     """
@@ -85,7 +87,8 @@ class AgentMember:
         model = with_own_scanners(structure(content, RobotModel))
         settings = NavigationSettings(settle=0.0)
         self._content = content
-        planner = surroundings.planner(model.base.circumscribed_radius)
+        self._radius = model.base.circumscribed_radius
+        planner = surroundings.planner(self._radius)
         self.agv = Agv(
             entry.name,
             model,
@@ -100,12 +103,15 @@ class AgentMember:
         self._inspector = Inspector(
             self.address, version, time.time, self.agv.keeper.knows, rospy.logwarn
         )
-        navigator = Navigator(
+        self._make_navigator: Callable[[OmplPlanner], Navigator] = lambda planner: Navigator(
             entry.name, model, planner, self.agv.follower, planner.field, settings
         )
-        self.agv.use(navigator)
-        self._navigator = navigator
-        surroundings.give_routes_to(lambda routes: navigator.take_routes(routes, rospy.get_time()))
+        self._map_teller = MapTeller(names, "vda5050_agent")
+        self._plan_with(planner)
+        surroundings.give_routes_to(
+            lambda routes: self._navigator.take_routes(routes, rospy.get_time())
+        )
+        surroundings.when_map_changes(lambda: self._plan_with(surroundings.planner(self._radius)))
         self._robot: Robot | None = None
         self._talker: MemberTalker | None = None
         self._battery: MeasuredBattery | None = None
@@ -118,6 +124,13 @@ class AgentMember:
         )
         rospy.Subscriber(names.of("pause"), Bool, self._pause, queue_size=1)
         rospy.Subscriber(names.of("initialpose"), PoseWithCovarianceStamped, self._place)
+
+    def _plan_with(self, planner: OmplPlanner) -> None:
+        """Plan on the map of a planner from now on; a goal that there is stays."""
+        self._navigator = self._make_navigator(planner)
+        self.agv.follower.field = planner.field
+        self.agv.use(self._navigator)
+        self._map_teller.tell(self._surroundings.map.checksum)
 
     # Messages.
 

@@ -31,6 +31,7 @@ from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, Ta
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.charger_claims import Claim
 from blackboard.ros.codec.engine import Codec, Row, Within
+from hive_common.map_id import MapId
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -110,6 +111,13 @@ def _header(frame: str = "") -> Header:
 
 
 POSE = Codec(Pose2D, Pose, "x y yaw=theta")
+
+_MAP = Row(
+    "map",
+    "map_name map_checksum",
+    write=tuple,
+    read=MapId,
+)
 
 # Tasks.
 
@@ -286,6 +294,7 @@ STATUS = Codec(
     Row("pose", write=POSE.encode, read=POSE.decode),
     *_tuples("tasks carries"),
     Row("tasks task_id", "queued", write=_queued, read=None),
+    _MAP,
 )
 
 CLAIM = Codec(
@@ -306,6 +315,7 @@ HEARTBEAT = Codec(
     _stamped(),
     *_tuples("members offline"),
     _mapping("heard", "robots", "heard"),
+    _MAP,
 )
 
 ENTRY = Codec(
