@@ -25,6 +25,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
+from hive_common.ros.conversions import pose_from_msg
 from hive_lab.runner.limits import PATIENCE
 
 COMMAND_WAIT = 60.0  # `command_wait` of the launch file [s, wall clock]
@@ -379,6 +380,67 @@ def test_a_map_server_takes_a_file_as_argument_and_another_one_while_it_runs(tmp
     assert second.info.width == 400
     assert second.data == changed.map.data
     assert "colour: unknown, and ignored" in said
+
+
+@contextlib.contextmanager
+def turned_server(path):
+    """Run a map server of its own for a file, on the topics and services turned/..."""
+    topics = ("map", "map_metadata", "static_map", "change_map")
+    names = [f"{topic}:=turned/{topic}" for topic in topics]
+    server = subprocess.Popen(
+        ["rosrun", "hive_navigation", "map_server", path, "__name:=turned_server", *names]
+    )
+    try:
+        rospy.wait_for_service("turned/change_map", PATIENCE)
+        yield
+    finally:
+        server.terminate()
+        server.wait(timeout=PATIENCE)
+
+
+def write_map(path, rows, resolution, origin, negate):
+    """Write a map whose cells are 100 where there is a # and else 0; return its YAML file."""
+    dark, bright = (254, 0) if negate else (0, 254)
+    pixels = bytes(dark if cell == "#" else bright for row in rows for cell in row)
+    header = f"P5\n{len(rows[0])} {len(rows)}\n255\n".encode()
+    path.with_suffix(".pgm").write_bytes(header + pixels)
+    path.write_text(
+        f"image: {path.stem}.pgm\nresolution: {resolution}\norigin: {origin}\n"
+        f"negate: {negate}\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    return str(path)
+
+
+def test_a_map_with_a_yaw_is_served_with_its_cells_as_they_are_and_so_is_the_next(tmp_path):
+    first = write_map(tmp_path / "first.yaml", ["#..", "##."], 0.1, [2.0, 3.0, 1.0], negate=0)
+    rows = ["####", "#..#", "#.##"]
+    second = write_map(tmp_path / "second.yaml", rows, 0.2, [-2.0, -3.0, -1.0], negate=1)
+    with turned_server(first):
+        maps = Topic("turned/map", OccupancyGrid)
+        figures = Topic("turned/map_metadata", MapMetaData)
+        serve = rospy.ServiceProxy("turned/static_map", GetMap)
+        change = rospy.ServiceProxy("turned/change_map", LoadMap)
+        told = []
+        for path in ("", second, first):
+            if path:
+                assert change(path).result == LoadMapResponse.RESULT_SUCCESS
+            told.append((maps.until(lambda _: True), serve().map, figures.until(lambda _: True)))
+
+    for heard, asked, described in told:
+        assert heard.info == asked.info == described
+        assert heard.data == asked.data
+        assert heard.header.frame_id == asked.header.frame_id == "map"
+    before, after, again = (heard for heard, *_ in told)
+    assert list(before.data) == list(again.data) == [100, 100, 0, 100, 0, 0]
+    assert list(after.data) == [100, 0, 100, 100, 100, 0, 0, 100, 100, 100, 100, 100]
+    assert place(before) == place(again) == pytest.approx((3, 2, 0.1, 2.0, 3.0, 1.0))
+    assert place(after) == pytest.approx((4, 3, 0.2, -2.0, -3.0, -1.0))
+
+
+def place(grid):
+    """Return a map's width and height [cells], resolution [m], and origin [m, m, rad]."""
+    info = grid.info
+    return (info.width, info.height, info.resolution, *pose_from_msg(info.origin))
 
 
 @pytest.mark.usefixtures("robot1")

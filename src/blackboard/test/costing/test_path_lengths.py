@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.grid_path_lengths import GridPathLengths
 from hive_common.grid_map import GridMap
-from hive_common.pose import Pose
+from hive_common.pose import Pose, compose
+from hive_common.turned_map import TurnedMap
 
 WALL = 0.1  # thickness [m]
 
@@ -59,6 +60,19 @@ def test_the_path_back_is_as_long(start, goal):
     there, back = OPEN.length(start, goal), OPEN.length(goal, start)
 
     assert there == pytest.approx(back, rel=1e-9)
+
+
+@pytest.mark.parametrize("yaw", [0.5, math.pi / 2, -2.0])
+def test_on_a_map_that_is_turned_paths_are_as_long_as_on_the_same_map_upright(yaw):
+    floor_plan = two_rooms(10.0, 8.0, 1.2)
+    cells = GridMap.of_blocked(floor_plan.blocked, floor_plan.resolution).cells
+    origin = Pose(-4.0, 7.0, yaw)
+    grid = TurnedMap(cells, floor_plan.resolution, origin).upright()
+    start, goal = Pose(1.0, 1.0), Pose(9.0, 1.0)
+
+    length = GridPathLengths(grid, 0.3).length(compose(origin, start), compose(origin, goal))
+
+    assert length == pytest.approx(GridPathLengths(floor_plan, 0.3).length(start, goal), rel=0.05)
 
 
 def test_the_path_back_is_as_long_when_nothing_was_asked_before():

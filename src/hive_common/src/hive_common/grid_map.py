@@ -22,6 +22,8 @@ FREE = 0
 OCCUPIED = 100
 UNKNOWN = -1
 
+OCCUPIED_FROM = 50  # cells at least this occupied [%] are blocked, and so are unknown ones
+
 ROUNDING = 1e-4  # a yaw this small is none: 1 cm on a map of 100 m [rad]
 
 
@@ -34,7 +36,7 @@ def is_turned(origin: Pose) -> bool:
 class GridMap:
     """An occupancy grid: what robots know of a world.
 
-    Its sides are parallel to the axes of the frame map: a map that is turned cannot be used.
+    Its sides are parallel to the axes of the frame map; see `turned_map` for maps that are turned.
 
     Attributes:
         cells: (rows, columns) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest y.
@@ -52,8 +54,8 @@ class GridMap:
     def __post_init__(self) -> None:
         if is_turned(self.origin):
             raise MapError(
-                f"the map's origin has a yaw of {self.origin.yaw:g} rad; allowed: 0; turn the "
-                "map's image instead, and set the yaw to 0"
+                f"the map's origin has a yaw of {self.origin.yaw:g} rad; allowed: 0; make "
+                "it upright first, as load_map and map_from_msg do"
             )
 
     @classmethod

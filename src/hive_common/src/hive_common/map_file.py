@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 
 from hive_common.checked_yaml import read_checked, unknown_keys
 from hive_common.errors import MapError
-from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap, is_turned
-from hive_common.pose import Pose
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
+from hive_common.pose import FARTHEST, MOST_TURNED, Pose
 from hive_common.resources import find_file
 from hive_common.structuring import Allowed, NotAllowedError, one_of, positive
+from hive_common.turned_map import TurnedMap
 
 FORMATS = ("pgm", "png")  # image formats for writing; reading takes any that PIL knows
 
@@ -57,9 +58,8 @@ class MapContent:
     origin: Annotated[
         Pose,
         Allowed(
-            "[x, y, yaw] of the lower left corner [m, m, rad] with yaw 0; "
-            "turn the map's image instead, and set the yaw to 0",
-            lambda pose: not is_turned(pose),
+            f"[x, y, yaw] of the lower left corner [m, m, rad], at most {FARTHEST / 1000:g} km "
+            f"away and turned by at most {MOST_TURNED:g} rad"
         ),
     ]
     negate: Annotated[
@@ -80,11 +80,29 @@ class MapContent:
 
 
 def load_map(name_or_path: str, warn: Callable[[str], None] = lambda _: None) -> GridMap:
-    """Read and check a map.
+    """Read and check a map; where its origin has a yaw, draw it anew (`turned_map`).
 
     Args:
         name_or_path: The name of a map of `simenv` (`lab`), or the path of a YAML file.
         warn: Called with what is odd about the file and changes nothing.
+
+    Raises:
+        FileError: There is no such map, or its YAML file cannot be read or used.
+        MapError: Its image cannot be used, or is too large to be drawn anew.
+    """
+    turned = load_turned_map(name_or_path, warn)
+    try:
+        return turned.upright()
+    except MapError as error:
+        raise MapError(f"{find_file('simenv', 'maps', name_or_path)}: {error}") from None
+
+
+def load_turned_map(name_or_path: str, warn: Callable[[str], None] = lambda _: None) -> TurnedMap:
+    """Read and check a map as it is, for whoever passes it on with the yaw of its origin.
+
+    Args:
+        name_or_path: As in `load_map`.
+        warn: As in `load_map`.
 
     Raises:
         FileError: There is no such map, or its YAML file cannot be read or used.
@@ -99,7 +117,7 @@ def load_map(name_or_path: str, warn: Callable[[str], None] = lambda _: None) ->
     except MapError as error:
         raise MapError(f"{path}: image: {error}") from None
     cells = _cells(pixels, content)
-    return GridMap(cells[::-1].copy(), content.resolution, content.origin)
+    return TurnedMap(cells[::-1].copy(), content.resolution, content.origin)
 
 
 def _cells(pixels: NDArray[np.uint8], content: MapContent) -> NDArray[np.int8]:

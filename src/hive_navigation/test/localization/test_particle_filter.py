@@ -8,6 +8,7 @@ from attrs import evolve
 
 from hive_common.errors import MapError, ParameterError
 from hive_common.pose import Pose, between, blend, compose, inverse
+from hive_common.turned_map import TurnedMap
 from hive_navigation.localization.amcl_settings import AmclSettings
 from hive_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
 from hive_navigation.localization.localizer import Localizer
@@ -73,6 +74,20 @@ def test_a_scan_is_likeliest_where_it_was_taken():
     others = np.array([here, (3.5, 2.0, 0.5), (3.0, 2.5, 0.5), (3.0, 2.0, 0.9), (4.6, 4.0, 2.0)])
 
     likely = field.log_likelihood(others, BeamChooser(LASER, 60).of(scan(here)))
+
+    assert likely.argmax() == 0
+
+
+@pytest.mark.parametrize("yaw", [0.4, math.pi / 2, -2.0])
+def test_on_a_map_that_is_turned_a_scan_is_likeliest_where_it_was_taken(yaw):
+    origin = Pose(-4.0, 7.0, yaw)
+    chart = TurnedMap(CELLS, STEP, origin).upright()
+    field = LikelihoodField(chart.cells, chart.resolution, chart.origin[:2], SETTINGS)
+    here = Pose(3.0, 2.0, 0.5)
+    others = [here, (3.5, 2.0, 0.5), (3.0, 2.5, 0.5), (3.0, 2.0, 0.9), (4.6, 4.0, 2.0)]
+    there = np.array([compose(origin, Pose(*other)) for other in others])
+
+    likely = field.log_likelihood(there, BeamChooser(LASER, 60).of(scan(here)))
 
     assert likely.argmax() == 0
 

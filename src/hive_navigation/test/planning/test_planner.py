@@ -13,6 +13,8 @@ import pytest
 pytest.importorskip("ompl")
 
 from hive_common.grid_map import GridMap
+from hive_common.pose import Pose, compose, inverse
+from hive_common.turned_map import TurnedMap
 from hive_lab.bench.shortest_paths import path_length
 from hive_navigation.planning.clearance import Disc
 from hive_navigation.planning.ompl_planner import OmplPlanner
@@ -47,6 +49,22 @@ def test_a_path_leads_through_the_nearer_door_and_keeps_clear_of_the_walls() -> 
     assert all(planner.field.line_is_clear(a, b, planner.need) for a, b in pairwise(path))
     # The upper door post stands at y 2.1, so the path must come down to y 1.62 and up again.
     assert path_length(path) < 1.05 * 2 * math.hypot(2.0, 0.88)
+
+
+@pytest.mark.parametrize("yaw", [0.5, math.pi / 2, -2.0])
+def test_on_a_map_that_is_turned_a_path_leads_through_the_same_door(yaw: float) -> None:
+    straight = two_rooms().plan((3.0, 2.5), (7.0, 2.5))
+    grid = two_rooms().field.grid
+    origin = Pose(-4.0, 7.0, yaw)
+    planner = OmplPlanner(TurnedMap(grid.cells, grid.resolution, origin).upright(), RADIUS)
+
+    (start, goal) = (compose(origin, Pose(x, 2.5)) for x in (3.0, 7.0))
+    path = planner.plan((start.x, start.y), (goal.x, goal.y))
+
+    assert all(planner.field.line_is_clear(a, b, planner.need) for a, b in pairwise(path))
+    assert path_length(path) == pytest.approx(path_length(straight), rel=0.05)
+    there = inverse(origin)
+    assert max(compose(there, Pose(x, y)).y for x, y in path) < 3.0
 
 
 def test_the_same_question_gets_the_same_answer() -> None:

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import math
+
 import pytest
+import rospy
 import yaml
+from geometry_msgs.msg import Quaternion
+from nav_msgs.msg import MapMetaData
 
 from hive_common.errors import MapError
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_common.resources import package_folder
+from hive_common.ros.conversions import quaternion_of
+from simenv.ros import rviz_node
 from simenv.ros.rviz_node import MOST_SHOWN, fitted, with_robots
 
 HIVE = (package_folder("simenv") / "rviz/hive.rviz").read_text()
@@ -23,6 +30,24 @@ def test_the_whole_map_fits_into_the_window(size):
     assert size[0] * view["Scale"] < window["Width"]
     assert size[1] * view["Scale"] < window["Height"]
     assert (view["X"], view["Y"]) == (-3.0 + size[0] / 2, 7.0 + size[1] / 2)
+
+
+@pytest.mark.parametrize(
+    ("orientation", "middle"),
+    [(quaternion_of(math.pi / 2), (-3.0, 17.0)), (Quaternion(), (10.0, 6.0))],
+)
+def test_a_map_that_is_turned_is_shown_where_it_is_and_an_odd_one_changes_no_view(
+    monkeypatch, orientation, middle
+):
+    info = MapMetaData(width=400, height=200, resolution=0.05)
+    info.origin.position.x, info.origin.position.y = 2.0, 7.0
+    info.origin.orientation = orientation
+    monkeypatch.setattr(rospy, "wait_for_message", lambda *_, **__: info)
+    monkeypatch.setattr(rospy, "logwarn", lambda _: None)
+
+    view, _ = parts(rviz_node._fit(HIVE, 1.0))  # noqa: SLF001  (rest: a ROS master)
+
+    assert (view["X"], view["Y"]) == pytest.approx(middle)
 
 
 def test_nothing_else_is_changed():

@@ -13,8 +13,9 @@ from nav_msgs.msg import OccupancyGrid, Path
 from std_msgs.msg import Header
 
 from hive_common.errors import MapError
-from hive_common.grid_map import GridMap
+from hive_common.grid_map import OCCUPIED_FROM, GridMap
 from hive_common.pose import Pose
+from hive_common.turned_map import TurnedMap
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -24,9 +25,9 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Velocity
 
-OCCUPIED_FROM = 50  # cells at least this occupied [%] are blocked, and so are unknown ones
 PLANAR = (0, 1, 5)  # indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw
 SMALL = 1e-9  # an eigenvalue this little below 0 is a rounding error
+MAX_TILT = 0.01  # a map's origin tilted this little is flat: 1 cm on a map of 200 m [rad]
 
 
 UNIT_WITHIN = 0.1
@@ -160,7 +161,7 @@ def twist_from(velocity: Velocity) -> Twist:
     return msg
 
 
-def map_msg(header: Header, grid: GridMap) -> OccupancyGrid:
+def map_msg(header: Header, grid: GridMap | TurnedMap) -> OccupancyGrid:
     """Make an OccupancyGrid; `header` holds its frame and when it was loaded."""
     message = OccupancyGrid(header=header)
     message.info.map_load_time = header.stamp
@@ -174,10 +175,10 @@ def map_msg(header: Header, grid: GridMap) -> OccupancyGrid:
 
 
 def map_from_msg(message: OccupancyGrid) -> GridMap:
-    """Read an OccupancyGrid.
+    """Read an OccupancyGrid; where its origin has a yaw, draw it anew (`turned_map`).
 
     Raises:
-        MapError: It holds no map, or one that is turned.
+        MapError: It holds no map, or one that is tilted, or too large to be drawn anew.
     """
     info = message.info
     if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
@@ -189,4 +190,11 @@ def map_from_msg(message: OccupancyGrid) -> GridMap:
         origin = pose_from_msg(info.origin)
     except ValueError as error:
         raise MapError(f"the map's origin: {error}") from None
-    return GridMap(cells_from_msg(message), info.resolution, origin)
+    turn = info.origin.orientation
+    tilt = 2 * math.asin(min(1.0, math.hypot(turn.x, turn.y)))
+    if tilt > MAX_TILT:
+        raise MapError(
+            f"the map's origin is tilted by {tilt:.2g} rad; allowed: a turn about z only, "
+            "(0, 0, sin(yaw/2), cos(yaw/2))"
+        )
+    return TurnedMap(cells_from_msg(message), info.resolution, origin).upright()

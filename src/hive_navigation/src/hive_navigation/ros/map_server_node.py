@@ -4,7 +4,8 @@
     rosrun hive_navigation map_server FILE.yaml
 
 ROS Publishers:
-    map (nav_msgs/OccupancyGrid), map_metadata (nav_msgs/MapMetaData): latched.
+    map (nav_msgs/OccupancyGrid), map_metadata (nav_msgs/MapMetaData): latched. The cells are
+        those of the file, and a yaw of its origin is that of the message.
     map_in_use (robot_description/MapInUse): the map's name and checksum, latched.
 ROS Services:
     static_map (nav_msgs/GetMap); change_map (nav_msgs/LoadMap), which reads another file, that
@@ -27,7 +28,7 @@ from robot_description.msg import MapInUse
 from std_msgs.msg import Header
 
 from hive_common.errors import FileError, MapError, ParameterError
-from hive_common.map_file import load_map
+from hive_common.map_file import load_turned_map
 from hive_common.map_id import checksum_of
 from hive_common.ros.conversions import map_msg
 from hive_common.ros.params import text
@@ -62,11 +63,11 @@ class MapServer:
         rospy.Service("change_map", LoadMap, self._change)
 
     def _read(self, name: str) -> tuple[OccupancyGrid, MapInUse]:
-        grid = load_map(name, rospy.logwarn)
+        grid = load_turned_map(name, rospy.logwarn)
         height, width = grid.cells.shape
         rospy.loginfo(f"map '{name}': {width} x {height} cells of {grid.resolution:g} m")
         message = map_msg(Header(stamp=rospy.Time.now(), frame_id=self._frame), grid)
-        return message, MapInUse("map_server", Path(name).stem, checksum_of(grid))
+        return message, MapInUse("map_server", Path(name).stem, checksum_of(grid.upright()))
 
     def _publish(self) -> None:
         contents = (self._in_use, self._map, self._map.info)

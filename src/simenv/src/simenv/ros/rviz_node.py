@@ -27,8 +27,10 @@ from nav_msgs.msg import MapMetaData
 from hive_common.errors import HiveError, MapError
 from hive_common.palette import robot_color
 from hive_common.pose import Pose
+from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.params import number, text
 from hive_common.ros.reconnecting import keep_connected
+from hive_common.turned_map import bounds_around
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -80,9 +82,14 @@ def _fit(config: str, timeout: float) -> str:
     except rospy.ROSException:
         rospy.logwarn(f"no map on map_metadata within {timeout:g} s; the view stays as it is")
         return config
-    origin = info.origin.position
     size = (info.width * info.resolution, info.height * info.resolution)
-    return fitted(config, Pose(origin.x, origin.y, 0.0), size)
+    try:
+        origin = pose_from_msg(info.origin)
+    except ValueError as error:
+        rospy.logwarn(f"the map's origin: {error}; the view stays as it is")
+        return config
+    left, low, right, high = bounds_around(origin, size)
+    return fitted(config, Pose(left, low), (right - left, high - low))
 
 
 def _robots(timeout: float) -> dict[str, str]:
