@@ -41,6 +41,22 @@ DEPENDENCY = {
 # Name in package.xml -> name of Debian's package, where they differ.
 DEBIAN = {"python3-attrs": "python3-attr"}
 
+# What rosdep resolves, by its data of August 2026: first the packages of ROS Noetic, then the keys
+# that name a package of Debian 12 and 13 and of Ubuntu 22.04 and 24.04. All other names stand in a
+# table of CONTRIBUTING.md.
+ROSDEP = set(
+    """
+    actionlib actionlib_msgs catkin diagnostic_msgs genpy geometry_msgs message_filters
+    message_generation message_runtime move_base_msgs nav_msgs python_qt_binding
+    robot_state_publisher rosgraph rosgraph_msgs roslaunch rosmaster rospy rostest rviz sensor_msgs
+    std_msgs std_srvs tf2_msgs tf2_ros visualization_msgs xacro
+
+    mosquitto python3-attrs python3-click python3-fastjsonschema python3-matplotlib python3-numba
+    python3-numpy python3-paho-mqtt python3-pil python3-psutil python3-pytest python3-rospkg
+    python3-scipy python3-setuptools python3-shapely python3-yaml
+    """.split()  # noqa: SIM905  (a list would have a line for each name)
+)
+
 
 def of(paths):
     """Name a case by package and file."""
@@ -93,6 +109,24 @@ def test_package_xml_names_what_the_package_imports(package):
 @pytest.mark.parametrize("package", **of(PACKAGES))
 def test_package_xml_names_what_its_launch_files_start(package):
     assert launched(package) - named_in_package_xml(package) == set()
+
+
+def test_the_table_of_what_rosdep_lacks_is_complete():
+    files = [*ROOT.glob("src/*/package.xml"), ROOT / "test/rostest/package.xml"]
+    named = {tag.text for file in files for tag in xml(file) if tag.tag.endswith("depend")}
+    page = (ROOT / "CONTRIBUTING.md").read_text()
+    table = page.partition("| name in `package.xml` |")[2].partition("\n\n")[0]
+    lacking = re.findall(r"^\| `([^`]+)` \|", table, re.MULTILINE)
+
+    assert named - {package.name for package in PACKAGES} - ROSDEP == set(lacking)
+    assert ROSDEP - named == set(), "a name that no package has"
+
+
+@pytest.mark.parametrize("folder", ["setup", "test"])
+def test_a_build_tool_finds_packages_in_src_only(folder):
+    find_package_paths = pytest.importorskip("catkin_pkg.packages").find_package_paths
+
+    assert find_package_paths(ROOT / folder) == []
 
 
 def test_setup_installs_everything_that_is_imported_anywhere():

@@ -21,7 +21,7 @@ BIDS = (
 """The cheapest first, then the one that is done first, then the first by name."""
 
 
-@pytest.mark.parametrize("bids", permutations(BIDS))
+@pytest.mark.parametrize("bids", list(permutations(BIDS)))
 def test_bids_go_by_cost_then_by_who_is_done_first_then_by_name(bids):
     assert ranked(bids) == list(BIDS)
 

@@ -287,7 +287,7 @@ def test_a_robot_that_fell_silent_on_its_way_keeps_no_charger_but_one_at_it_does
     assert claims.free(60.0, SILENCE) == ()
 
 
-@pytest.mark.parametrize(("lower", "upper"), combinations(LEVELS, 2))
+@pytest.mark.parametrize(("lower", "upper"), list(combinations(LEVELS, 2)))
 def test_thresholds_out_of_order_are_refused(lower, upper):
     defaults = ChargingSettings()
     swapped = {lower: getattr(defaults, upper), upper: getattr(defaults, lower)}

@@ -3,6 +3,8 @@
 
 import pytest
 
+pytest.importorskip("rospy", reason="needs ROS")
+
 from blackboard.consensus.journal import HardState, SqliteJournal
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import TaskRecord

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import pytest
 
+pytest.importorskip("blackboard.msg", reason="needs generated messages")
+
 from hive_lab.bench import faults
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.run import run as run_schedule

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import pytest
 
+pytest.importorskip("rospy", reason="needs ROS")
+
 from hive_lab.bench import system
 from hive_lab.bench.simulator import drive, spawn_robots
 from hive_lab.live import simulator

@@ -70,6 +70,7 @@ def test_bench_faults_ends_with_1_when_a_property_was_broken(
 def test_bench_sim_and_system_end_with_1_when_anything_touched(
     terminal, monkeypatch, name, module, broken
 ):
+    pytest.importorskip("blackboard.msg", reason="benchmarks of processes need ROS")
     monkeypatch.setattr(
         f"hive_lab.{module}.run", lambda _connect: BenchResult({"contacts": 1.0}, {}, broken)
     )

@@ -7,6 +7,8 @@ import yaml
 from geometry_msgs.msg import Quaternion
 from nav_msgs.msg import MapMetaData
 
+pytest.importorskip("rospy", reason="needs ROS")
+
 from hive_common.errors import MapError
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
