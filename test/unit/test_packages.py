@@ -52,7 +52,7 @@ ROSDEP = set(
     std_msgs std_srvs tf2_msgs tf2_ros visualization_msgs xacro
 
     mosquitto python3-attrs python3-click python3-fastjsonschema python3-matplotlib python3-numba
-    python3-numpy python3-paho-mqtt python3-pil python3-psutil python3-pytest python3-rospkg
+    python3-numpy python3-pil python3-psutil python3-pytest python3-rospkg
     python3-scipy python3-setuptools python3-shapely python3-yaml
     """.split()  # noqa: SIM905  (a list would have a line for each name)
 )

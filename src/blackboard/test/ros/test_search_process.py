@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The process beside the leader that searches for plans: real processes, no ROS."""
 
+import os
 import pickle
 import queue
 import subprocess
@@ -16,6 +17,12 @@ from blackboard.auction.search.ruin_recreate import search
 from blackboard.auction.search.searcher import Job
 from blackboard.domain.path_lengths import FieldJob, Moves
 from blackboard.ros.search_process import SearchProcess
+
+
+@pytest.fixture(autouse=True)
+def modules(monkeypatch):
+    """Let the processes find the modules that this one has found, wherever it did."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
 
 
 class Desk:

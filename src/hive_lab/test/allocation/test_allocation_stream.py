@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hive_lab.allocation import rules
@@ -44,6 +44,7 @@ def test_an_idle_robot_takes_what_is_nearest_once_it_has_finished():
     st.sampled_from(sorted(POLICIES)),
     st.integers(0, 5),
 )
+@example([1.0, 0.0, 0.0, 0.0], 1, "idle takes nearest", 0)  # tasks that take no time
 def test_every_task_is_done_under_every_policy(places, robots, name, seed):
     instance = on_a_road([0.0] * robots, places)
     gaps = np.random.default_rng(seed).exponential(5.0, size=len(places))

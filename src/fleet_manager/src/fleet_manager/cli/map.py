@@ -12,6 +12,7 @@ from fleet_manager.cli.context import FileName, ask_first, pass_context, yes_opt
 from fleet_manager.client import tables
 from fleet_manager.client.client import HiveClient
 from fleet_manager.client.formats import member, natural
+from fleet_manager.client.new_map import PlacedRobot, of_changing_map
 from fleet_manager.errors import InputError
 from hive_common.errors import FileError, MapError
 from hive_common.map_file import load_map
@@ -19,11 +20,7 @@ from hive_common.map_id import MapId, checksum_of
 from hive_common.resources import find_file
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from fleet_manager.cli.context import CliContext
-    from fleet_manager.client.new_map import PlacedRobot
-    from hive_common.grid_map import GridMap
 
 
 @click.group("map")
@@ -93,22 +90,14 @@ def load(context: CliContext, file: str, yes: bool) -> None:
         client = HiveClient(link)
         client.fetch_tasks()
         client.fetch_robots()
-        ask_first(_consequences(client, grid), yes=yes)
+        records, places = client.state.records.values(), link.places()
+        ask_first(of_changing_map(grid, _placed(client), places, records), yes=yes)
         users = client.change_map(path, wanted)
     click.echo(f"{', '.join(sorted(users, key=natural))}: {wanted} is in use", err=True)
 
 
-def _consequences(client: HiveClient, grid: GridMap) -> list[str]:
-    from fleet_manager.client.new_map import of_changing_map  # noqa: PLC0415  (loads scipy)
-
-    records = client.state.records.values()
-    return of_changing_map(grid, _placed(client), client.link.places(), records)
-
-
-def _placed(client: HiveClient) -> Sequence[PlacedRobot]:
+def _placed(client: HiveClient) -> list[PlacedRobot]:
     """Return the robots that are heard and whose size is known, where they stand."""
-    from fleet_manager.client.new_map import PlacedRobot  # noqa: PLC0415  (loads scipy)
-
     rows = [row for row in tables.robots_of(client.state) if not row.is_silent]
     sizes = {row: client.link.radius_of(row.status.robot_id) for row in rows}
     return [

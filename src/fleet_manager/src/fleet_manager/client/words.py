@@ -193,7 +193,7 @@ def robot_change(
 
 
 def leader_change(before: Heartbeat | None, now: Heartbeat) -> Iterator[Event]:
-    """Tell what a heartbeat changes: leader, backup, members."""
+    """Tell what a heartbeat changes: leader, backup, members, the map."""
     if before is None or (before.leader, before.epoch) != (now.leader, now.epoch):
         replaced = before is not None and before.leader != now.leader
         severity = Severity.WARNING if replaced else Severity.NEWS
@@ -201,6 +201,8 @@ def leader_change(before: Heartbeat | None, now: Heartbeat) -> Iterator[Event]:
     if now.backup and (before is None or before.backup != now.backup):
         yield Event(f"{member(now.backup)} is the backup")
     if before is not None:
+        if now.map.differs(before.map):
+            yield Event(f"{member(now.leader)} uses {now.map} now")
         for name in sorted(set(now.members) - set(before.members)):
             yield Event(f"{member(name)} joined the hive")
         for name in sorted(set(before.members) - set(now.members)):

@@ -83,6 +83,7 @@ class _Floor:
         self._lists: list[list[int]] = [[] for _ in range(robots)]
         self._arrived = 0
         self._waiting: list[int] = []
+        self._began = False  # whether a task did at the last event
         self.done = np.full(len(stream.instance.tasks), np.inf)
 
     def events(self) -> Iterator[tuple[float, bool]]:
@@ -93,7 +94,7 @@ class _Floor:
             arrival = float(left[0]) if left.size else np.inf
             busy = self._free[self._free > now]
             before, now = now, min(arrival, float(busy.min(initial=np.inf)))
-            if not np.isfinite(now) and any(self._lists):
+            if not np.isfinite(now) and self._began:
                 now = before  # a task took no time, because its robot stood there already
             if not np.isfinite(now) or not (left.size or self._waiting):
                 return
@@ -104,6 +105,7 @@ class _Floor:
 
     def ask(self, policy: Policy, now: float, *, has_arrival: bool) -> None:
         """Let a policy decide, and let free robots begin."""
+        self._began = False
         if not self._waiting:
             return
         waiting = np.array(self._waiting)
@@ -133,3 +135,4 @@ class _Floor:
         self._free[robot] = self.done[task] = end
         self._node[robot] = task
         self._waiting.remove(task)
+        self._began = True
