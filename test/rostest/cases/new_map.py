@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """All use another map while they drive, and whoever does not is named and gets no tasks."""
 
+import contextlib
 import json
 import subprocess
 from dataclasses import replace
 
 import pytest
+import rosgraph
 import rospy
 from blackboard.msg import TaskMsg, TaskState
 from hive_operator import Operator, slow_motion, task
-from launching import wait_until_empty
+from launching import kill, pid_of, wait_until_empty
 from robot_description.msg import MapInUse, TrafficState
 
 from hive_common.map_file import load_map, save_map
@@ -53,15 +55,16 @@ def operator():
     return operator
 
 
-@pytest.fixture
-def shut_door(tmp_path):
+@pytest.fixture(scope="module")
+def shut_door(tmp_path_factory):
     """Return the file of a map of the lab whose lower door is walled up."""
     lab = load_map("lab")
     cells = lab.cells.copy()
     left, low, right, high = (round(number / lab.resolution) for number in DOOR)
     cells[low:high, left:right] = 100
-    save_map(replace(lab, cells=cells), tmp_path / "shut_door")
-    return tmp_path / "shut_door.yaml"
+    folder = tmp_path_factory.mktemp("maps")
+    save_map(replace(lab, cells=cells), folder / "shut_door")
+    return folder / "shut_door.yaml"
 
 
 def was_in_door(operator, robot, since):
@@ -79,6 +82,13 @@ def checksums():
     assert shown.returncode == 0, shown.stderr
     used = json.loads(shown.stdout)
     return [used["leader"]["checksum"], *(used["robots"][name]["checksum"] for name in ROBOTS)]
+
+
+def is_another_than(process):
+    """Return whether a map server answers that is not the process of an id."""
+    with contextlib.suppress(OSError, rosgraph.MasterException):
+        return pid_of("/map_server") != process
+    return False
 
 
 def test_at_first_all_use_the_map_of_the_launch(operator):  # noqa: ARG001
@@ -100,6 +110,21 @@ def test_robots_under_way_plan_anew_on_the_new_map_and_do_their_tasks(operator, 
     assert not was_in_door(operator, robot, began)
     assert checksums() == [checksum_of(load_map(str(shut_door)))] * 3
     assert operator.collisions == 0
+
+
+def test_a_map_server_that_is_killed_is_started_again_with_the_map_that_was_loaded(operator):
+    before = checksums()
+    heard = []
+    killed = pid_of("/map_server")
+    kill("/map_server")
+    wait_until_empty(lambda: [] if is_another_than(killed) else ["another map server"])
+    rospy.Subscriber("/map_in_use", MapInUse, heard.append)
+    operator.post(task("K1", TaskMsg.GA, WEST))
+
+    assert operator.follow("K1").state == TaskState.DONE
+    wait_until_empty(lambda: [] if heard else ["which map it serves"])
+    assert (heard[-1].name, heard[-1].checksum) == ("shut_door", before[0])
+    assert checksums() == before
 
 
 def test_a_place_that_is_a_wall_on_the_new_map_is_refused(operator):

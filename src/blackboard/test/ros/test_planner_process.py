@@ -67,3 +67,18 @@ def test_the_work_of_the_main_thread_is_seen_while_it_runs(start):
 
     assert seen.worked >= 0.04
     assert seen.doing == "waits"
+
+
+@pytest.mark.parametrize(
+    ("more", "how"),
+    [
+        ("", "by itself, as it does when the map or the clock is another one"),
+        ("sys.exit(1)", "exit code 1"),
+        ("os.kill(os.getpid(), 9)", "signal 9"),
+    ],
+)
+def test_how_it_has_ended_is_told_in_words(start, more, how):
+    process = start(more)
+    wait_for_end(process)
+
+    assert process.ended() == how

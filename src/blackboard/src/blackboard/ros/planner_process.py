@@ -91,6 +91,8 @@ class PlannerProcess:
         code = self._process.poll()
         if code is None:
             return ""
+        if code == 0:
+            return "by itself, as it does when the map or the clock is another one"
         return f"signal {-code}" if code < 0 else f"exit code {code}"
 
     def end(self) -> None:

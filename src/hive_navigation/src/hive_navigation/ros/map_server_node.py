@@ -12,7 +12,7 @@ ROS Services:
         all nodes of the hive then use.
 ROS Parameters:
     ~map (lab): name of a map of this workspace, or the path of a YAML file; an argument goes
-        before it.
+        before it. `change_map` sets it.
     ~frame_id (map): the map's frame.
 """
 
@@ -88,6 +88,8 @@ class MapServer:
             invalid = LoadMapResponse.RESULT_INVALID_MAP_DATA if image else invalid_file
             return LoadMapResponse(result=invalid)
         self._publish()
+        # One that is started again serves what this one served.
+        rospy.set_param("~map", request.map_url)
         return LoadMapResponse(self._map, LoadMapResponse.RESULT_SUCCESS)
 
 
