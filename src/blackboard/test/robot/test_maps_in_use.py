@@ -44,6 +44,14 @@ def test_where_nobody_knows_the_leaders_map_none_is_wrong():
     assert MapsInUse().told(HALL) == NO_MAP
 
 
+def test_a_robot_that_bids_without_a_map_tells_the_one_by_which_it_drives():
+    maps = MapsInUse()
+    maps.note("robot_node", NO_MAP)
+    maps.note("move_base", HALL)
+
+    assert maps.told(NO_MAP) == HALL
+
+
 def test_parts_without_end_take_no_memory():
     maps = MapsInUse()
     maps.note("robot_node", HALL)

@@ -32,7 +32,8 @@ class MapsInUse:
 
     def told(self, leaders: MapId) -> MapId:
         """Return the map to tell: the first that is not the leader's, else the first of all."""
-        used = self._odd(leaders) or next(iter(self._used.values()), NO_MAP)
+        known = (used for used in self._used.values() if used.checksum)
+        used = self._odd(leaders) or next(known, NO_MAP)
         return self._named(used)
 
     def trouble(self, leaders: MapId) -> str:
