@@ -56,3 +56,10 @@ def test_a_robot_that_stands_in_a_wall_of_the_map_or_off_it_is_named_and_asked_f
 
 def test_where_no_robot_is_known_nothing_can_be_said():
     assert of_changing_map(hall(gap=0.0), (), PLACES, [TO_DOCK]) == []
+
+
+def test_cells_that_are_probably_free_are_free_as_they_are_for_robots():
+    shades = np.full((80, 80), 20, dtype=np.int8)
+    shades[:, 40] = 60
+
+    assert said(GridMap(shades, 0.05)) == ["robot2, robot10 cannot reach dock"]

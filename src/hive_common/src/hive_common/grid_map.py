@@ -105,6 +105,11 @@ class GridMap:
             return "is inside a wall or in unknown space; choose a free place of the map"
         return ""
 
+    def free_or_blocked(self) -> GridMap:
+        """Return the map with blocked and free cells only; what is not known is blocked."""
+        blocked = (self.cells < 0) | (self.cells >= OCCUPIED_FROM)
+        return GridMap.of_blocked(blocked, self.resolution, self.origin)
+
     def decided(self, free: int, occupied: int) -> GridMap:
         """Return the map with free, occupied and unknown cells only.
 

@@ -19,7 +19,7 @@ from blackboard.ros.traffic_told import TrafficTold
 from hive_common.errors import MapError
 from hive_common.map_id import NO_MAP, MapId, checksum_of
 from hive_common.ros import params
-from hive_common.ros.conversions import free_or_blocked, map_from_msg
+from hive_common.ros.conversions import map_from_msg
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -71,7 +71,7 @@ class RosPathLengths:
         kind = numpy_msg(OccupancyGrid)
         remedy = "start a map server, or set ~distance to euclidean"
         chart = map_from_msg(wait_for(topic, kind, "map", remedy))
-        self._grid, self._map = free_or_blocked(chart), MapId("", checksum_of(chart))
+        self._grid, self._map = chart.free_or_blocked(), MapId("", checksum_of(chart))
         rospy.Subscriber(topic, kind, self._take, talker, queue_size=1)
         rospy.Subscriber(f"{hive}map_in_use", MapInUse, self._learn_name, talker, queue_size=1)
         if params.read(TrafficSettings, f"{hive}blackboard").traffic == "planned":
@@ -118,7 +118,7 @@ class RosPathLengths:
         except MapError as error:
             rospy.logwarn(f"a new map is ignored: {error}")
             return
-        grid, checksum = free_or_blocked(chart), checksum_of(chart)
+        grid, checksum = chart.free_or_blocked(), checksum_of(chart)
 
         def take() -> None:
             if checksum != self._map.checksum:  # a latched map comes again with each connection

@@ -39,6 +39,7 @@ def of_changing_map(
         places: The named places of the building, map frame.
         records: The tasks on the list.
     """
+    grid = grid.free_or_blocked()
     ways = {robot.radius: GridPathLengths(grid, robot.radius) for robot in robots}
 
     def reached_by(robot: PlacedRobot, pose: Pose) -> bool:

@@ -13,7 +13,6 @@ from nav_msgs.msg import OccupancyGrid, Path
 from std_msgs.msg import Header
 
 from hive_common.errors import MapError
-from hive_common.grid_map import OCCUPIED_FROM, GridMap
 from hive_common.pose import Pose
 from hive_common.turned_map import TurnedMap
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     import rospy
     from numpy.typing import NDArray
 
+    from hive_common.grid_map import GridMap
     from hive_common.pose import Velocity
 
 PLANAR = (0, 1, 5)  # indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw
@@ -116,13 +116,7 @@ def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with nu
     Raises:
         MapError: See `map_from_msg`.
     """
-    return free_or_blocked(map_from_msg(msg))
-
-
-def free_or_blocked(chart: GridMap) -> GridMap:
-    """Return a map with blocked and free cells only; what is not known is blocked."""
-    blocked = (chart.cells < 0) | (chart.cells >= OCCUPIED_FROM)
-    return GridMap.of_blocked(blocked, chart.resolution, chart.origin)
+    return map_from_msg(msg).free_or_blocked()
 
 
 def pose_to_msg(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import rospy
 from robot_description.msg import Routes, Traffic
 
-from hive_common.ros.conversions import free_or_blocked
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from hive_common.ros.transforms import Transforms
@@ -86,7 +85,7 @@ class Surroundings:
             rospy.ROSInterruptException: The node was shut down.
         """
         if radius not in self._planners:
-            self._planners[radius] = OmplPlanner(free_or_blocked(self.map.chart()), radius)
+            self._planners[radius] = OmplPlanner(self.map.chart().free_or_blocked(), radius)
         return self._planners[radius]
 
     def when_map_changes(self, action: Callable[[], None]) -> None:
@@ -95,7 +94,7 @@ class Surroundings:
 
     def _take_map(self, chart: GridMap) -> None:
         """Prepare for a new map while the control loop goes on with the old one."""
-        grid = free_or_blocked(chart)
+        grid = chart.free_or_blocked()
         planners = {radius: OmplPlanner(grid, radius) for radius in self._planners}
         self.inbox.put(lambda: self._change_map(planners))
 

@@ -21,7 +21,6 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from hive_common.map_id import checksum_of
-from hive_common.ros.conversions import free_or_blocked
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from hive_navigation.mapf.reachability import unreached
@@ -102,7 +101,7 @@ class TrafficPlanner:
         chart = ears.map.chart(lambda: progress.go_on("waits for the map"))
         self._checksum = checksum_of(chart)
         progress.say("works out where on the map there is room")
-        self._field = ClearanceField.of(free_or_blocked(chart))
+        self._field = ClearanceField.of(chart.free_or_blocked())
         self._listen(progress)
         radii = sorted({robot.radius for robot in self._news.values()})
         self._least_radius = radii[0]
