@@ -47,7 +47,7 @@ class Terminal:
         self.link.say(TaskList(1, 1, ()))
 
     def tell(self, used):
-        for second in range(70):
+        for second in range(200):
             self.link.say(replace(BEAT, map=used), after=second)
             for robot in ROBOTS:
                 own = HALL if robot.robot_id in self.deaf else used
@@ -151,7 +151,7 @@ def test_a_robot_that_goes_on_with_its_old_map_is_named(terminal, tmp_path):
     code, _, err = terminal("map", "load", str(path))
 
     assert code == 1
-    assert f"not everybody uses {called} after 60 s: robot2 uses map 'hall' (0000aaaa);" in err
+    assert f"not everybody uses {called} after 180 s: robot2 uses map 'hall' (0000aaaa);" in err
     assert terminal.link.now() - before >= NEW_MAP_WITHIN
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 FIRST = GridMap.of_blocked(np.zeros((20, 30), dtype=bool), 0.1)
 SECOND = GridMap.of_blocked(np.eye(20, 30, dtype=bool), 0.1)
+THIRD = GridMap.of_blocked(np.eye(20, 30, 5, dtype=bool), 0.1)
 USELESS = GridMap(np.zeros((0, 0), dtype=np.int8), 0.1)
 
 
@@ -44,6 +46,12 @@ class Wire:
         self._hear[topic] = hear
 
     def send(self, grid: GridMap, topic: str = "/map") -> None:
+        """Send a map, and wait until it is taken in."""
+        self.put(grid, topic)
+        self._hear[topic].__self__.join()  # type: ignore[attr-defined]  # of a queue
+
+    def put(self, grid: GridMap, topic: str = "/map") -> None:
+        """Send a map."""
         self._hear[topic](map_msg(Header(), grid))
 
 
@@ -113,3 +121,45 @@ def test_the_traffic_planner_hears_the_map_of_its_hive(wire: Wire) -> None:
     wire.send(FIRST, "/east/map")
 
     assert (ears.map.chart().cells == FIRST.cells).all()
+
+
+def test_a_map_that_somebody_cannot_take_in_does_not_keep_the_next_one_out(wire: Wire) -> None:
+    topic = MapTopic("/")
+    wire.send(FIRST)
+    taken: list[str] = []
+
+    def fail_once(chart: GridMap) -> None:
+        taken.append(checksum_of(chart))
+        if len(taken) == 1:
+            raise RuntimeError("no memory")
+
+    topic.follow(fail_once)
+    wire.send(SECOND)
+    wire.send(FIRST)
+
+    assert taken == [checksum_of(SECOND), checksum_of(FIRST)]
+    assert "no memory" in wire.warned[0]
+
+
+def test_reading_goes_on_while_a_map_is_taken_in_and_of_later_ones_the_last_counts(
+    wire: Wire,
+) -> None:
+    topic = MapTopic("/")
+    wire.send(FIRST)
+    begun, may_end = threading.Event(), threading.Event()
+    taken: list[str] = []
+
+    def take(chart: GridMap) -> None:
+        taken.append(checksum_of(chart))
+        begun.set()
+        may_end.wait()
+
+    topic.follow(take)
+    wire.put(SECOND)
+    begun.wait()
+    for grid in (FIRST, SECOND, THIRD):
+        wire.put(grid)
+    may_end.set()
+    wire.send(THIRD)
+
+    assert taken == [checksum_of(SECOND), checksum_of(THIRD)]

@@ -62,8 +62,9 @@ TRAFFIC_STATE = "traffic_state"
 CLOCK_WITHIN = 6.0
 """Time in which a simulator tells its time [s, wall], if there is one."""
 
-NEW_MAP_WITHIN = 60.0
-"""Time in which every robot plans on a new map [s]: a map of 4,000 x 4,000 cells takes 10 s."""
+NEW_MAP_WITHIN = 180.0
+"""Time in which every robot plans on a new map [s]: robots of four sizes that share a process take
+more than a minute for 4,000 x 4,000 cells."""
 
 _MOST_IDS = 20  # ids that are tried where others take them at the same moment
 _PAUSE = 1.0  # time in which everything is read that has come meanwhile [s]

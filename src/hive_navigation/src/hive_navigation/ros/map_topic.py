@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import queue
 import threading
+import traceback
 from typing import TYPE_CHECKING
 
 import rospy
@@ -43,7 +45,10 @@ class MapTopic:
         self._came = threading.Event()
         self._chart: GridMap | MapError | None = None
         self._followers: list[Callable[[GridMap], None]] = []
-        rospy.Subscriber(self._topic, numpy_msg(OccupancyGrid), self._hear, queue_size=1)
+        self._heard: queue.Queue[OccupancyGrid] = queue.Queue()
+        # A process may read all topics in one thread, which must not wait for a large map.
+        threading.Thread(target=self._work, name="map", daemon=True).start()
+        rospy.Subscriber(self._topic, numpy_msg(OccupancyGrid), self._heard.put, queue_size=1)
 
     def chart(self, go_on: Callable[[], None] = lambda: None) -> GridMap:
         """Return the map as it is now; wait for the first one, and warn while there is none.
@@ -69,10 +74,21 @@ class MapTopic:
         return self._chart
 
     def follow(self, take: Callable[[GridMap], None]) -> None:
-        """Have each later map taken in, in the thread that reads the topic."""
+        """Have each later map taken in, in a thread of its own."""
         self._followers.append(take)
 
-    def _hear(self, msg: OccupancyGrid) -> None:
+    def _work(self) -> None:
+        while True:
+            msg = self._heard.get()
+            try:
+                if self._heard.empty():  # otherwise there is a newer one
+                    self._take(msg)
+            except Exception:  # noqa: BLE001  (a defect, which must not keep the next map out)
+                rospy.logerr(f"a map could not be taken in: {traceback.format_exc()}")
+            finally:
+                self._heard.task_done()
+
+    def _take(self, msg: OccupancyGrid) -> None:
         is_first = not self._came.is_set()
         try:
             chart = map_from_msg(msg)
