@@ -69,9 +69,11 @@ def sockets_of(started):
     root, found = psutil.Process(started.pid), set()
     for process in (root, *root.children(recursive=True)):
         with contextlib.suppress(psutil.NoSuchProcess):
+            # Debian 12's psutil has no `net_connections`, and later ones warn of the other name.
+            connections = getattr(process, "net_connections", None) or process.connections
             found |= {
                 (process.name(), each.laddr.ip)
-                for each in process.connections("inet")
+                for each in connections("inet")
                 if each.status in {psutil.CONN_LISTEN, psutil.CONN_NONE}  # the second: UDP
             }
     return found

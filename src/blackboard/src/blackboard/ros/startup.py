@@ -14,7 +14,7 @@ from hive_common.errors import HiveError
 from hive_common.ros.links import mend_links
 from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
-from hive_common.ros.signals import end_on_signals
+from hive_common.ros.signals import init_node
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,9 +32,8 @@ def run_node(name: str, run: Callable[[], None]) -> None:
     `run` builds the node and spins. An error that a person has to mend ends the process with its
     text and exit code 1.
     """
-    end_on_signals()
     _save_memory()
-    rospy.init_node(name, disable_signals=True)
+    init_node(name)
     handshake_apart()
     send_promptly()
     read_together()

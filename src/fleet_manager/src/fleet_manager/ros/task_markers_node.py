@@ -23,6 +23,7 @@ from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.map_topics import MapTopics
 from fleet_manager.ros.place_parameter import hive_places
 from hive_common.ros.links import mend_links
+from hive_common.ros.signals import init_node
 
 if TYPE_CHECKING:
     from fleet_manager.desk.markers import Marker
@@ -127,7 +128,7 @@ def _message(marker: Marker, header: Header) -> MarkerMsg:
 
 def main() -> None:
     """Run until the node is shut down."""
-    rospy.init_node("task_markers")
+    init_node("task_markers")
     mend_links()
     node = TaskMarkers()
     node.start()

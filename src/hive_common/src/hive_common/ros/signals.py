@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shuts a node down on Ctrl-C from a thread of its own.
+"""Makes a process a node that is shut down on Ctrl-C from a thread of its own.
 
 rospy shuts a node down inside the signal handler, which Python runs in the main thread between any
-two steps. If the main thread holds a lock that the shutdown needs, such as that of its queue, the
-node hangs until it is killed.
+two steps. If the main thread holds a lock that the shutdown needs, such as that of its queue, or
+of its connection to the master while it asks for a parameter, the node hangs until it is killed.
 """
 
 from __future__ import annotations
@@ -22,16 +22,21 @@ if TYPE_CHECKING:
 _PATIENCE = 5.0  # time that the process waits for the shutdown to tell the master [s]
 
 
-def end_on_signals() -> None:
-    """Shut this node down on SIGINT and SIGTERM.
+def init_node(name: str, *, anonymous: bool = False) -> None:
+    """Make this process a node that SIGINT and SIGTERM shut down; call it in the main thread.
 
-    Call it in the main thread, with `rospy.init_node(..., disable_signals=True)`.
+    The main thread is not interrupted: it has to look at `rospy.is_shutdown`.
+
+    Args:
+        name: The node's name; arguments of the command line may give it another one.
+        anonymous: Whether to make the name one of its own.
     """
     shutdown = _Shutdown()
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, shutdown.ask_for)
     atexit.register(shutdown.finish)
     threading.Thread(target=shutdown.wait_for_signal, name="signals", daemon=True).start()
+    rospy.init_node(name, anonymous=anonymous, disable_signals=True)
 
 
 class _Shutdown:

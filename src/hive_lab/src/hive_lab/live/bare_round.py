@@ -13,6 +13,8 @@ from __future__ import annotations
 import blackboard.msg as bb_msgs
 import rospy
 
+from hive_common.ros.signals import init_node
+
 _QUEUE = 1000
 
 
@@ -54,7 +56,7 @@ class Answerer:
 
 def main() -> None:
     """Ask or answer until the node is shut down."""
-    rospy.init_node("bare", anonymous=True)
+    init_node("bare", anonymous=True)
     role, *answers = rospy.myargv()[1:]
     node = Asker(int(answers[0])) if role == "ask" else Answerer()
     rospy.spin()

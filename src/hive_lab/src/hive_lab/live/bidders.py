@@ -15,6 +15,7 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction
 
+from hive_common.ros.signals import init_node
 from hive_lab.live.fake_base import pose_message
 
 SPACING = 2.0  # distance between two robots, which stand in a row [m]
@@ -50,7 +51,7 @@ def _cancel(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
 
 def main() -> None:
     """Serve until the node is shut down."""
-    rospy.init_node("bidders", anonymous=True)
+    init_node("bidders", anonymous=True)
     robots = [Bidder(name, SPACING * i) for i, name in enumerate(rospy.myargv()[1:])]
     rospy.spin()
     robots.clear()

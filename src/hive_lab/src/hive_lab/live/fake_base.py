@@ -19,6 +19,8 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
 
+from hive_common.ros.signals import init_node
+
 _LOOK_EVERY = 0.02  # time between two checks for a cancelled goal [s]
 
 
@@ -92,7 +94,7 @@ def pose_message(x: float, y: float) -> PoseWithCovarianceStamped:
 def main() -> None:
     """Serve one robot until the node is shut down."""
     namespace, seconds, x = rospy.myargv()[1:4]
-    rospy.init_node("fake_base", anonymous=True)
+    init_node("fake_base", anonymous=True)
     base = FakeBase(namespace, float(seconds), float(x))
     signal.signal(signal.SIGUSR1, lambda *_: setattr(base, "held", True))
     signal.signal(signal.SIGUSR2, lambda *_: setattr(base, "held", False))

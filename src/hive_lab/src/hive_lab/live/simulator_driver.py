@@ -22,6 +22,7 @@ from simenv.srv import Spawn
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
+from hive_common.ros.signals import init_node
 from hive_lab.bench.simulator import NUMBERS, spawn_robots
 from hive_lab.bench.usage import usage_of
 
@@ -70,9 +71,11 @@ class DrivenRobots:
         self._scans = [rospy.Subscriber(f"{name}/scan", rospy.AnyMsg) for name in names]
 
     def drive(self, seconds: float) -> None:
-        """Let all robots drive for a time [s, wall clock]."""
+        """Let all robots drive for a time [s, wall clock], and end if the node is shut down."""
         end, due = time.monotonic() + seconds, 0.0
         while time.monotonic() < end:
+            if rospy.is_shutdown():
+                raise SystemExit(1)
             now = rospy.get_time()
             if now >= due:
                 due = now + COMMAND_PERIOD
@@ -117,5 +120,5 @@ def measure() -> dict[str, float]:
 if __name__ == "__main__":
     # rospy reads this once, and roslaunch may not have set it yet.
     rosgraph.Master("/bench_simulator").setParam("/use_sim_time", True)
-    rospy.init_node("bench_simulator")
+    init_node("bench_simulator")
     print(json.dumps(measure()))  # noqa: T201  (what this program is for)

@@ -11,6 +11,7 @@ import rospy
 
 from blackboard.domain import talker as topics
 from blackboard.ros.codec.tables import WIRES
+from hive_common.ros.signals import init_node
 from hive_lab.windows.fake_fleet import FakeFleet
 
 SPEAKS = (topics.SYNC, topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
@@ -27,7 +28,7 @@ def main() -> None:
     parser.add_argument("robots", type=int, help="number of robots")
     parser.add_argument("rate", type=int, help="messages a second, in total")
     arguments = parser.parse_args(rospy.myargv()[1:])
-    rospy.init_node("blackboard")
+    init_node("blackboard")
     publishers: dict[str, rospy.Publisher] = {
         topic: rospy.Publisher(
             topic, WIRES[topic].message, latch=WIRES[topic].latched, queue_size=1000

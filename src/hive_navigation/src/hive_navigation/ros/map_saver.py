@@ -19,12 +19,13 @@ from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN
 from hive_common.map_file import FORMATS, save_map
 from hive_common.ros.conversions import map_from_msg
 from hive_common.ros.reconnecting import keep_connected
+from hive_common.ros.signals import init_node
 
 
 def main() -> int:
     """Save the map; return the exit code."""
     given = _parser().parse_args(rospy.myargv()[1:])
-    rospy.init_node("map_saver", anonymous=True)
+    init_node("map_saver", anonymous=True)
     keep_connected()
     try:
         summary = _save(given)

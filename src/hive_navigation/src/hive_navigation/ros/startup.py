@@ -13,6 +13,7 @@ from hive_common.ros.links import mend_links
 from hive_common.ros.params import below, structured
 from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
+from hive_common.ros.signals import init_node
 from robot_description.models import RobotModel
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ Settings = TypeVar("Settings")
 
 def run_node(name: str, run: Callable[[], None]) -> int:
     """Run a node until it is shut down; return its exit code."""
-    rospy.init_node(name)
+    init_node(name)
     send_promptly()
     mend_links()
     forget_refusal()

@@ -30,6 +30,7 @@ from hive_common.pose import Pose
 from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.params import number, text
 from hive_common.ros.reconnecting import keep_connected
+from hive_common.ros.signals import init_node
 from hive_common.turned_map import bounds_around
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ AROUND = (60, 140)
 
 def main() -> int:
     """Fit the view, then become RViz; return an exit code if that is impossible."""
-    rospy.init_node("rviz")
+    init_node("rviz")
     keep_connected()
     try:
         path = _write_config()
@@ -56,6 +57,8 @@ def main() -> int:
         return 1
     except OSError as error:
         rospy.logfatal(f"{error.filename}: {error.strerror}; check the parameter ~config")
+        return 1
+    if rospy.is_shutdown():
         return 1
     rospy.signal_shutdown("RViz takes over")
     command = ["rviz", "-d", str(path), *sys.argv[1:]]
@@ -97,6 +100,8 @@ def _robots(timeout: float) -> dict[str, str]:
     end = time.monotonic() + timeout
     is_launching = rospy.get_param("~fleet", False)
     while is_launching and not rospy.has_param("places") and time.monotonic() < end:
+        if rospy.is_shutdown():
+            raise rospy.ROSInterruptException
         time.sleep(_LOOK)
     space = rospy.get_namespace()
     names = [

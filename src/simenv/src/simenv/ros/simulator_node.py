@@ -29,6 +29,7 @@ from hive_common.ros.links import mend_links
 from hive_common.ros.params import number, text, whole_number
 from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
+from hive_common.ros.signals import init_node
 from robot_description.models import load_model
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
@@ -268,7 +269,7 @@ class SimulatorNode:
 
 def main() -> int:
     """Run the node; return its exit code."""
-    rospy.init_node("simulator")
+    init_node("simulator")
     send_promptly()
     mend_links()
     forget_refusal()

@@ -15,12 +15,13 @@ from hive_common.errors import HiveError
 from hive_common.pose import Pose
 from hive_common.ros.params import number, text
 from hive_common.ros.refusal import forget_refusal, refuse_to_start
+from hive_common.ros.signals import init_node
 from simenv.ros.spawning import spawn, wait_for_simulator
 
 
 def main() -> int:
     """Run the node; return its exit code."""
-    rospy.init_node("spawn", anonymous=True)
+    init_node("spawn", anonymous=True)
     try:
         name, model = text("name"), text("model")
         x, y = (number(axis, least=-1000.0, most=1000.0) for axis in ("x", "y"))

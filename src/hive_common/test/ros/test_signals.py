@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A node ends on Ctrl-C, whatever its main thread does at that moment."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rospy", reason="nodes need ROS")
+
+SOURCES = Path(__file__).resolve().parents[4] / "src"
+
+PROGRAM = """
+import os, signal, threading
+import rospy
+from hive_common.ros.signals import init_node
+
+lock, is_shut_down = threading.Lock(), threading.Event()
+
+def shut_down(_reason):
+    with lock:  # as rospy's connection to the master has one
+        is_shut_down.set()
+
+rospy.signal_shutdown = shut_down
+rospy.init_node = lambda name, **how: print(name, how)
+init_node("robot")
+with lock:
+    os.kill(os.getpid(), signal.{signal})
+is_shut_down.wait()
+print("shut down")
+"""
+
+
+@pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM"])
+def test_a_node_whose_main_thread_talks_to_the_master_is_shut_down_all_the_same(signal):
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(signal=signal)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert done.stdout.splitlines() == [
+        "robot {'anonymous': False, 'disable_signals': True}",
+        "shut down",
+    ]
+
+
+def test_no_node_leaves_signals_to_rospy():
+    calls = [
+        (path, call)
+        for path in SOURCES.glob("*/src/**/*.py")
+        for call in ast.walk(ast.parse(path.read_text()))
+        if isinstance(call, ast.Call) and ast.unparse(call.func) == "rospy.init_node"
+    ]
+    left = [
+        f"{path.relative_to(SOURCES)}:{call.lineno}"
+        for path, call in calls
+        if not any(each.arg == "disable_signals" for each in call.keywords)
+    ]
+
+    assert calls
+    assert left == []
