@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -187,3 +188,11 @@ class FakeHive:
     def _say_list(self) -> None:
         self._version += 1
         self._link.say(TaskList(1, self._version, tuple(self.records.values())))
+
+
+class Keyboard(io.StringIO):
+    """What a person types at a terminal."""
+
+    def isatty(self) -> bool:
+        """Return True."""
+        return True

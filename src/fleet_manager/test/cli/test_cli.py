@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import contextlib
-import io
 import json
 import math
 import re
@@ -16,7 +15,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
 from fleet_manager.errors import NoHiveError
-from fleet_manager.testing import FakeHive, FakeLink
+from fleet_manager.testing import FakeHive, FakeLink, Keyboard
 from hive_common.pose import Pose
 
 
@@ -34,13 +33,6 @@ class Terminal:
         code = run(CliContext(lambda _record: contextlib.nullcontext(self.link)), list(words))
         out, err = self._capsys.readouterr()
         return code, out, err
-
-
-class Keyboard(io.StringIO):
-    """What a person types at a terminal."""
-
-    def isatty(self):
-        return True
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 """`hive map`, with a fake hive and map server behind it."""
 
 import contextlib
-import io
 import json
 import sys
 from dataclasses import replace
@@ -17,7 +16,7 @@ from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
 from fleet_manager.client.client import NEW_MAP_WITHIN
 from fleet_manager.errors import NoHiveError
-from fleet_manager.testing import FakeLink
+from fleet_manager.testing import FakeLink, Keyboard
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map, save_map
 from hive_common.map_id import NO_MAP, MapId, checksum_of
@@ -63,13 +62,6 @@ class Terminal:
         code = run(CliContext(lambda _record: contextlib.nullcontext(self.link)), list(words))
         out, err = self._capsys.readouterr()
         return code, out, err
-
-
-class Keyboard(io.StringIO):
-    """What a person types at a terminal."""
-
-    def isatty(self):
-        return True
 
 
 @pytest.fixture

@@ -64,7 +64,8 @@ class Lab:
             planner.field,
         )
         follower = self.agent.follower
-        self.agent.use(Navigator("agv1", model, planner, follower, planner.field, settings))
+        field = planner.field
+        self.agent.use(Navigator("agv1", model, planner, follower, field, settings), field)
         self.agent.presence.note_broker(connected=True, now=0.0)
         self.agv.endpoint.report.connected()
         self.results = []

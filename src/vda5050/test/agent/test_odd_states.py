@@ -49,8 +49,8 @@ class Desk:
             Tolerance(0.2, 0.2),
             planner.field,
         )
-        follower = self.agent.follower
-        self.agent.use(Navigator("agv", model, planner, follower, planner.field))
+        follower, field = self.agent.follower, planner.field
+        self.agent.use(Navigator("agv", model, planner, follower, field), field)
         self.agent.presence.note_broker(connected=True, now=0.0)
         self.inspector = Inspector(
             self.rig.address,

@@ -80,8 +80,8 @@ class Pair:
         """Have the agent plan on a map from now on."""
         self.planner = OmplPlanner(grid, self.model.base.circumscribed_radius)
         field, follower = self.planner.field, self.agent.follower
-        follower.field = field
-        self.agent.use(Navigator("agv", self.model, self.planner, follower, field, self.settings))
+        navigator = Navigator("agv", self.model, self.planner, follower, field, self.settings)
+        self.agent.use(navigator, field)
 
     def drive(self, goal):
         self.agent.drive(goal, self.results.append)
@@ -231,5 +231,6 @@ def test_an_agv_under_way_goes_on_to_its_goal_on_a_new_map():
     pair.run(80.0)
 
     assert before
+    assert pair.agent.follower.field is pair.planner.field
     assert [result.state for result in pair.results] == [CommandState.SUCCEEDED]
     assert all(pair.is_clear(order) for order in pair.orders[before + 1 :])

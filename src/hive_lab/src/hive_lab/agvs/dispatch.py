@@ -76,7 +76,8 @@ class Dispatch:
                 tolerance,
                 planner.field,
             )
-            agv.use(Navigator(name, model, planner, agv.follower, planner.field, settings))
+            field = planner.field
+            agv.use(Navigator(name, model, planner, agv.follower, field, settings), field)
             self._agvs[name] = agv
         topics = [address_of(name).topic(topic) for name in self._agvs for topic in _TOLD]
         self._link.subscribe(topics)

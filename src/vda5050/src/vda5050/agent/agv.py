@@ -105,11 +105,13 @@ class Agv:
         self._errors: frozenset[tuple[str, str]] = frozenset()
         self._unplug_at = self._plug_at = self._asked_at = -math.inf
 
-    def use(self, navigator: Navigator) -> None:
+    def use(self, navigator: Navigator, field: ClearanceField) -> None:
         """Let a navigator, which drives by this AGV's follower, decide where it goes.
 
-        One that takes the place of another goes on to its goal.
+        One that takes the place of another goes on to its goal. `field` has the clearances of the
+        map on which it plans.
         """
+        self.follower.field = field
         goal = None if self._navigator is None else self._navigator.goal
         self._navigator = navigator
         if goal is not None:

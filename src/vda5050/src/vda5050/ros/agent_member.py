@@ -128,8 +128,7 @@ class AgentMember:
     def _plan_with(self, planner: OmplPlanner) -> None:
         """Plan on the map of a planner from now on; a goal that there is stays."""
         self._navigator = self._make_navigator(planner)
-        self.agv.follower.field = planner.field
-        self.agv.use(self._navigator)
+        self.agv.use(self._navigator, planner.field)
         self._map_teller.tell(self._surroundings.map.checksum)
 
     # Messages.
