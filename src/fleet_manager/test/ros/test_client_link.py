@@ -4,14 +4,17 @@ import pytest
 pytest.importorskip("blackboard.msg", reason="needs the generated messages")
 
 import rosgraph
+import yaml
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.ros.codec.tables import WIRES
 from fleet_manager.ros import client_link, hive_topics
 from hive_common.pose import Pose
+from hive_common.resources import find_file
 
 HOST = "/robot_host_1"
+MODEL = find_file("robot_description", "models", "mir100")
 
 
 class Master:
@@ -81,3 +84,16 @@ def test_a_time_that_nobody_tells_is_unknown(tell, monkeypatch):
     monkeypatch.setattr(client_link.rospy, "get_time", lambda: 0.0)
 
     assert link.hive_time(within=0.05) == 0.0
+
+
+def test_how_wide_a_robot_is_comes_from_its_model_and_is_unknown_without_one(monkeypatch):
+    models = {
+        "robot1/characteristics": yaml.safe_load(MODEL.read_text()),
+        "robot2/characteristics": 3,
+    }
+    monkeypatch.setattr(client_link.rospy, "get_param", models.__getitem__)
+    link = client_link.RosClientLink.__new__(client_link.RosClientLink)  # it needs no topics
+
+    assert link.radius_of("robot1") == pytest.approx(0.29, abs=0.005)
+    assert link.radius_of("robot2") is None
+    assert link.radius_of("robot3") is None
