@@ -48,6 +48,29 @@ def test_a_node_whose_main_thread_talks_to_the_master_is_shut_down_all_the_same(
     ]
 
 
+ENDS = """
+import rospy
+from hive_common.ros.signals import init_node
+
+rospy.init_node = lambda *_, **__: None
+init_node("robot")
+rospy.is_shutdown = lambda: {is_shut_down}
+raise rospy.ROSException("publish() to a closed topic")
+"""
+
+
+@pytest.mark.parametrize("is_shut_down", [True, False])
+def test_what_the_main_thread_meets_after_the_shutdown_shows_no_traceback(is_shut_down):
+    done = subprocess.run(
+        [sys.executable, "-c", ENDS.format(is_shut_down=is_shut_down)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert ("closed topic" in done.stderr) is not is_shut_down
+
+
 def test_no_node_leaves_signals_to_rospy():
     calls = [
         (path, call)

@@ -11,13 +11,14 @@ from __future__ import annotations
 import atexit
 import os
 import signal
+import sys
 import threading
 from typing import TYPE_CHECKING
 
 import rospy
 
 if TYPE_CHECKING:
-    from types import FrameType
+    from types import FrameType, TracebackType
 
 _PATIENCE = 5.0  # time that the process waits for the shutdown to tell the master [s]
 
@@ -35,8 +36,17 @@ def init_node(name: str, *, anonymous: bool = False) -> None:
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, shutdown.ask_for)
     atexit.register(shutdown.finish)
+    sys.excepthook = _say_unless_shut_down
     threading.Thread(target=shutdown.wait_for_signal, name="signals", daemon=True).start()
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
+
+
+def _say_unless_shut_down(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """Print an error that ends the main thread, unless it was at work when its topics closed."""
+    if not (issubclass(kind, rospy.ROSException) and rospy.is_shutdown()):
+        sys.__excepthook__(kind, error, trace)
 
 
 class _Shutdown:
