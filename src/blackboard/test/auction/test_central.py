@@ -11,8 +11,8 @@ from blackboard.auction.central import Central
 from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.costing.experience import Experience
 from blackboard.costing.insertion import Aging
-from blackboard.costing.pace import Pace
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import Bid, Exclusion
@@ -82,10 +82,13 @@ class Fleet:
         if self.draw.random() < 0.1:
             service.set("defect")
         plan = self.draw.choice([CHARGERS, ChargingPlan()])
-        charging = Charging(talker, "robot1", body, battery, path_lengths, None, service, plan)
+        all_learned = (2.0, 1.4, 0.6, 1.1, 0.8, 1.2, 0.9, 0.5, 0.05, 7.0)
+        known = Experience(body, self.draw.choice([(), (2.0, 1.4, 0.6), all_learned]))
+        charging = Charging(
+            talker, "robot1", body, battery, path_lengths, None, service, plan, known
+        )
         aging = Aging(lambda: NOW, settings.aging)
-        pace = Pace(body.max_speed, self.draw.choice([(), (2.0, 1.4, 0.6)]))
-        schedule = Schedule(body, path_lengths, settings.cost_model, aging, pace)
+        schedule = Schedule(body, path_lengths, settings.cost_model, aging, known)
         entries = [Entry(Order(task, "robot1"), self.step(task)) for task in self.listed]
         schedule.restore(entries)
         return Respondent("robot1", body, battery, schedule, charging, settings)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from blackboard.costing.effort import Predictor
 from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.costing.experience import MEAN_SPEED_SHARE
 from blackboard.costing.insertion import Aging
-from blackboard.costing.pace import MEAN_SPEED_SHARE
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.record import Order
 from blackboard.domain.task import Task, TaskType

@@ -185,7 +185,7 @@ def test_an_unknown_state_is_refused_and_the_known_ones_are_named():
 
     (warning,) = harness.talker.warnings
     assert warning.endswith(
-        "'sleepy' is unknown; allowed: idle, defect, charging, charge, put_down X Y YAW"
+        "'sleepy' is unknown; allowed: idle, defect, charging, charge, forget, put_down X Y YAW"
     )
     assert harness.status.state is RobotState.IDLE
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from blackboard.auction.search.survey import Situation
 from blackboard.costing.bidding import bids_from
 from blackboard.costing.cost import COST_MODELS
-from blackboard.costing.pace import Pace
+from blackboard.costing.experience import Experience
 from blackboard.domain.battery import Battery
 from blackboard.domain.task import split_task
 from blackboard.domain.validation import flaw_of
@@ -131,7 +131,7 @@ def _flaw(basis: BidBasis) -> str:
         return flaw
     try:
         Battery(basis.body.battery, basis.charge)
-        Pace(basis.body.max_speed, basis.pace)
+        Experience(basis.body, basis.pace)
     except CharacteristicsError as error:
         return str(error)
     return ""

@@ -145,6 +145,7 @@ def unsplit(whole: TaskRecord) -> TaskRecord:
         step=0,
         eta=0.0,
         step_eta=0.0,
+        eta_margin=0.0,
         reason="",
     )
 
@@ -154,7 +155,7 @@ def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
     if whole.state.is_terminal:
         return whole
     done = sum(part.state is TaskState.DONE for part in parts)
-    changes = {"step": done, "eta": 0.0, "step_eta": 0.0}
+    changes = {"step": done, "eta": 0.0, "step_eta": 0.0, "eta_margin": 0.0}
     ended = next((part for part in parts if part.state in _SETTLED), None)
     if ended is not None:
         word = "was cancelled" if ended.state is TaskState.CANCELLED else "failed"

@@ -44,6 +44,7 @@ def assigned(
             assignment=record.assignment + 1,
             eta=bid.eta,
             step_eta=0.0,
+            eta_margin=0.0,
             predicted_at=now,
             reason=reason,
         )

@@ -77,5 +77,6 @@ def _waiting(
         tried=tried,
         eta=0.0,
         step_eta=0.0,
+        eta_margin=0.0,
         reason=reason,
     )

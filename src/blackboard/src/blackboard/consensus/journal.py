@@ -66,6 +66,12 @@ class Journal(Protocol):
     def save_hold(self, hold: Hold) -> None:
         """Replace what may be on board of the robot; raises as `save` does."""
 
+    def load_experience(self) -> object:
+        """Return what the robot has learned, as plain data; None if nothing was saved."""
+
+    def save_experience(self, content: object) -> None:
+        """Replace what the robot has learned, plain data; raises as `save` does."""
+
 
 @dataclass
 class MemoryJournal:
@@ -74,6 +80,7 @@ class MemoryJournal:
     hard_state: HardState | None = None
     reports: tuple[TaskUpdate, ...] = field(default=())
     hold: Hold = field(default_factory=Hold)
+    experience: object = None
 
     def load(self) -> HardState | None:
         """Return the hard state written last."""
@@ -99,12 +106,23 @@ class MemoryJournal:
         """Replace what may be on board."""
         self.hold = hold
 
+    def load_experience(self) -> object:
+        """Return what the robot has learned."""
+        return self.experience
+
+    def save_experience(self, content: object) -> None:
+        """Replace what the robot has learned."""
+        self.experience = content
+
 
 _Read = TypeVar("_Read")
 _LOCK_TIME = 1.0  # that a program waits for others which have a journal open [s]
 _FORMAT = 2
 _APPLICATION = 0x48495645
 _HOLD = "CREATE TABLE IF NOT EXISTS hold (one INTEGER PRIMARY KEY, hold TEXT NOT NULL)"
+_EXPERIENCE = (
+    "CREATE TABLE IF NOT EXISTS experience (one INTEGER PRIMARY KEY, experience TEXT NOT NULL)"
+)
 _TABLES = f"""
 CREATE TABLE self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE records
@@ -145,6 +163,7 @@ class SqliteJournal:
                 self._saved = self._read()
                 self.load_reports()
                 self.load_hold()
+                self.load_experience()
             except JournalError:
                 self._database.close()
                 raise
@@ -194,6 +213,17 @@ class SqliteJournal:
         with self._transaction():
             self._database.execute("INSERT OR REPLACE INTO hold VALUES (1, ?)", (to_json(hold),))
 
+    def load_experience(self) -> object:
+        """Return what the robot has learned."""
+        row = self._database.execute("SELECT experience FROM experience").fetchone()
+        return None if row is None else json.loads(row[0])
+
+    def save_experience(self, content: object) -> None:
+        """Replace what the robot has learned."""
+        with self._transaction():
+            row = (json.dumps(content),)
+            self._database.execute("INSERT OR REPLACE INTO experience VALUES (1, ?)", row)
+
     def close(self) -> None:
         """Close the file."""
         self._database.close()
@@ -207,7 +237,9 @@ class SqliteJournal:
             database.execute("PRAGMA synchronous = FULL")
             if is_new:
                 database.executescript(f"BEGIN;{_TABLES}COMMIT;")
-            database.execute(_HOLD)  # Journals of older versions lack it.
+            # Journals of older versions lack these.
+            database.execute(_HOLD)
+            database.execute(_EXPERIENCE)
         except BaseException:
             database.close()
             raise

@@ -30,7 +30,7 @@ class BidBasis:
     # Its schedule, each task by its id with the first step that is still to be done.
     tasks: tuple[tuple[str, int], ...] = ()
     chargers: tuple[Pose, ...] = ()  # where it can charge [map frame]
-    # What it has learned of its drives, see `Pace.times`; may be empty.
+    # What it has learned, see `costing.experience.Learned`; may be empty.
     pace: tuple[float, ...] = ()
 
 

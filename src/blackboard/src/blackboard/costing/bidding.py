@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.effort import charge_to_reach
+from blackboard.costing.experience import Experience
 from blackboard.costing.insertion import Aging
-from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import interruption, may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
@@ -93,7 +93,9 @@ class Bidder:
         charge_left = self._battery.charge_left - self._battery.charge_for(best.before.energy)
         charge = self._battery.charge_for(best.effort.energy)
         reserve = self._reserve(best.effort.end)
-        share = (charge_left - charge - reserve) / self._battery.capacity
+        all_energy = best.before.energy + best.effort.energy
+        most = self._battery.charge_for(self._schedule.experience.most_energy(all_energy))
+        share = (self._battery.charge_left - most - reserve) / self._battery.capacity
         if share < CHARGE_TOLERANCE:
             drive = " on the way to a charger" if reserve else ""
             reason = (
@@ -115,6 +117,7 @@ class Bidder:
             reason = f"its cost of {cost:.0f} is not below {MAX_COST:.0f}"
             return self._refuse(task, reason, Exclusion.COST)
         under_way = self._schedule.first() if at_work else None
+        formula = self._schedule.formula.effort(task, step, best.before.end)
         return Bid(
             self._robot_id,
             task.id,
@@ -125,6 +128,10 @@ class Bidder:
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
             terms=terms,
+            learned_from=int(self._schedule.experience.learned.drives),
+            duration=best.effort.duration,
+            formula_duration=formula.duration,
+            formula_energy_cost=self._battery.charge_for(formula.energy),
         )
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:
@@ -186,15 +193,15 @@ def bids_from(
     """
     battery = Battery(basis.body.battery, basis.charge)
     aging = Aging(lambda: now, basis.aging)
-    pace = Pace(basis.body.max_speed, basis.pace)
-    schedule = Schedule(basis.body, path_lengths, basis.cost_model, aging, pace)
+    experience = Experience(basis.body, basis.pace)
+    schedule = Schedule(basis.body, path_lengths, basis.cost_model, aging, experience)
     schedule.restore(
         Entry(Order(task, robot_id), step)
         for task, (_, step) in zip(tasks, basis.tasks, strict=True)
     )
 
     def reserve(end: Pose) -> float:
-        return charge_to_reach(basis.chargers, end, basis.body, path_lengths, battery)
+        return charge_to_reach(basis.chargers, end, basis.body, path_lengths, battery, experience)
 
     model = COST_MODELS[basis.cost_model]
     bidder = Bidder(robot_id, basis.body, battery, schedule, model, reserve)

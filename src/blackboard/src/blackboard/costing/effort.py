@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from blackboard.costing.cost import friction_force
-from blackboard.costing.pace import Pace
+from blackboard.costing.experience import Experience
 from blackboard.domain.task import StepKind, load_during, split_task
 
 if TYPE_CHECKING:
@@ -44,14 +44,17 @@ class Effort(NamedTuple):
 
 
 class Predictor:
-    """Predicts the effort of one robot's drives and tasks, by default at a rule-of-thumb pace."""
+    """Predicts the effort of one robot's drives and tasks, by default by the formula."""
 
     def __init__(
-        self, robot: RobotCharacteristics, path_lengths: PathLengths, pace: Pace | None = None
+        self,
+        robot: RobotCharacteristics,
+        path_lengths: PathLengths,
+        experience: Experience | None = None,
     ) -> None:
         self._robot = robot
         self._path_lengths = path_lengths
-        self._pace = pace or Pace(robot.max_speed)
+        self._experience = experience or Experience(robot)
 
     def drive(self, start: Pose, goal: Pose, load: float) -> Effort:
         """Return what a drive takes with a load on board [kg]."""
@@ -59,25 +62,30 @@ class Predictor:
 
     def force(self, load: float) -> float:
         """Return what drives it with a load on board [kg] at constant speed [N]."""
-        return friction_force(self._robot.friction_coefficient, self._robot.mass + load)
+        force = friction_force(self._robot.friction_coefficient, self._robot.mass + load)
+        return self._experience.learned.friction * force
 
     def leg(self, start: Pose, goal: Pose, force: float) -> tuple[float, float, float]:
         """Return the distance [m], energy [J] and duration [s] of a drive with a force [N]."""
         distance, delay = self._path_lengths.length_and_delay(start, goal)
-        duration = self._pace.duration(start, goal, distance) + delay
-        return distance, force * distance + self._robot.idle_power * duration, duration
+        duration = self._experience.duration(start, goal, distance) + delay
+        return distance, force * distance + self._idle_power * duration, duration
+
+    @property
+    def _idle_power(self) -> float:
+        return self._experience.learned.power * self._robot.idle_power
 
     def legs(
         self, distances: Floats, delays: Floats, turning: Floats, forces: Floats
     ) -> tuple[Floats, Floats]:
         """Return energies [J] and durations [s] of many drives, as `leg` does of one."""
-        durations = self._pace.durations(distances, turning) + delays
-        return forces * distances + self._robot.idle_power * durations, durations
+        durations = self._experience.durations(distances, turning) + delays
+        return forces * distances + self._idle_power * durations, durations
 
     def arm_work(self, kind: StepKind, here: Pose) -> Effort:
         """Return what a pick or a place takes."""
-        duration = self._robot.arm_time(kind)
-        power = self._robot.arm_power + self._robot.idle_power
+        duration = self._experience.arm_time(kind)
+        power = self._experience.learned.power * self._robot.arm_power + self._idle_power
         return Effort(0.0, power * duration, duration, here)
 
     def effort(self, task: Task, first_step: int, start: Pose, steps: int | None = None) -> Effort:
@@ -141,14 +149,16 @@ def charge_to_reach(
     robot: RobotCharacteristics,
     path_lengths: PathLengths,
     battery: Battery,
+    experience: Experience | None = None,
 ) -> float:
-    """Return the charge that the drive to the nearest of some places takes [Ah].
+    """Return the charge that the drive to the nearest of some places takes at most [Ah].
 
-    It is 0 if there is none, or none can be reached.
+    One drive in ten takes more. It is 0 if there is no such place, or none can be reached.
     """
-    predictor = Predictor(robot, path_lengths)
+    experience = experience or Experience(robot)
+    predictor = Predictor(robot, path_lengths, experience)
     drives = (predictor.drive(start, place, load=0.0) for place in places)
     nearest = min(drives, key=lambda drive: drive.distance, default=None)
     if nearest is None or not math.isfinite(nearest.distance):
         return 0.0
-    return battery.charge_for(nearest.energy)
+    return battery.charge_for(experience.most_energy(nearest.energy))

@@ -12,8 +12,8 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from blackboard.costing.effort import Effort, Job, Predictor
+from blackboard.costing.experience import Experience
 from blackboard.costing.insertion import INSERTION_RULES, Aging, Route, Stop, shortest
-from blackboard.costing.pace import Pace
 from blackboard.domain.record import OrderKind, TaskUpdate
 from blackboard.domain.task import StepKind, TaskState, is_picked, split_task, step_to_go_on
 
@@ -91,10 +91,11 @@ class Schedule:
     Args:
         cost_model: By its name; says what is least at the best position for one more task.
         aging: Says what a second of waiting counts; by default the same for all.
-        pace: Knows how long the robot's drives take; the rule of thumb by default.
+        experience: Knows what the robot's steps take; the formula by default.
 
     Attributes:
         predictor: Predicts what tasks take the robot.
+        formula: Predicts it as if the robot had learned nothing.
     """
 
     def __init__(
@@ -103,10 +104,11 @@ class Schedule:
         path_lengths: PathLengths,
         cost_model: str = "report",
         aging: Aging | None = None,
-        pace: Pace | None = None,
+        experience: Experience | None = None,
     ) -> None:
-        self.pace = pace or Pace(robot.max_speed)
-        self.predictor = Predictor(robot, path_lengths, self.pace)
+        self.experience = experience or Experience(robot)
+        self.predictor = Predictor(robot, path_lengths, self.experience)
+        self.formula = Predictor(robot, path_lengths)
         self._rule = INSERTION_RULES.get(cost_model, shortest)
         self._aging = aging or Aging()
         self._entries: list[Entry] = []
@@ -203,14 +205,17 @@ class Schedule:
         )
 
     def promise(self, here: Pose) -> dict[str, float]:
-        """Return `eta` and `step_eta` of the first task, which has to be there [s].
+        """Return `eta`, `step_eta` and `eta_margin` of the first task, which has to be there [s].
 
         Empty if there is no path to it.
         """
         entry = self._entries[0]
         eta = self.predictor.effort(entry.task, entry.step, here).duration
         step_eta = self.predictor.effort(entry.task, entry.step, here, steps=1).duration
-        return {"eta": eta, "step_eta": step_eta} if isfinite(eta) else {}
+        if not isfinite(eta):
+            return {}
+        margin = self.experience.most_time(eta) - eta
+        return {"eta": eta, "step_eta": step_eta, "eta_margin": margin}
 
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task, what the robot has done from here when the task is done."""

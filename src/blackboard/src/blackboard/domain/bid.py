@@ -64,6 +64,11 @@ class Bid:
     # What the cost was worked out from; None where the robot takes no part.
     terms: CostTerms | None = None
     exclusion: str = ""  # why the cost is `MAX_COST`, one of `Exclusion`
+    # Of how many drives the predictions were learned; 0 where they are the formula's.
+    learned_from: int = 0
+    duration: float = 0.0  # predicted time of the task itself [s]; 0 if not stated
+    formula_duration: float = 0.0  # the same by the formula [s]; 0 if not stated
+    formula_energy_cost: float = 0.0  # `energy_cost` by the formula [Ah]; 0 if not stated
 
     @property
     def is_able(self) -> bool:

@@ -55,6 +55,8 @@ class TaskRecord:
     started: float = 0.0  # when it was first begun, on that clock [s]; 0 if it was not
     ended: float = 0.0  # when it ended, on that clock [s]; 0 if it has not
     division: str = ""  # into what it was split and why, in words; empty if it is whole
+    # How much longer than `eta` one such task in ten takes [s]; 0 if unknown.
+    eta_margin: float = 0.0
 
     @classmethod
     def new(cls, task: Task, earlier: int, reason: str = "", parent: str = "") -> TaskRecord:
@@ -124,6 +126,7 @@ class TaskRecord:
             step=min(update.step, self.steps),
             eta=update.eta,
             step_eta=update.step_eta,
+            eta_margin=update.eta_margin,
             predicted_at=at,
             reason=update.reason,
         )
@@ -142,6 +145,7 @@ class TaskRecord:
             reason=self.reason[:MAX_TEXT],
             assignment=self.assignment,
             step_eta=self.step_eta,
+            eta_margin=self.eta_margin,
         )
 
     def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
@@ -168,6 +172,8 @@ class TaskUpdate:
     step_eta: float = 0.0  # predicted time until the present step is done [s]; 0 if unknown
     # Id of the more urgent task for which a robot hands this one back; else empty.
     put_off_for: str = ""
+    # How much longer than `eta` one such task in ten takes [s]; 0 if unknown.
+    eta_margin: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from blackboard.robot.executor import CommandState
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from blackboard.costing.experience import Experience
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
@@ -58,6 +59,7 @@ class Charging:
     Args:
         service: Told when it leaves service to charge, and when it comes back.
         plan: Where and when it charges; by default only where a person sets it to.
+        experience: Tells what the drive to a charger draws; the formula by default.
     """
 
     def __init__(
@@ -70,6 +72,7 @@ class Charging:
         controller: Controller,
         service: Service,
         plan: ChargingPlan | None = None,
+        experience: Experience | None = None,
     ) -> None:
         self._talker = talker
         self._id = robot_id
@@ -79,6 +82,7 @@ class Charging:
         self._controller = controller
         self._service = service
         self._plan = plan = plan or ChargingPlan()
+        self._experience = experience
         self._claims = Claims(robot_id, plan.chargers, talker.now())
         self._phase = Phase.AWAY
         self._is_sent = False
@@ -128,7 +132,9 @@ class Charging:
 
     def reserve(self, end: Pose) -> float:
         """Return the charge that it has to keep to reach a charger from a pose [Ah]."""
-        return charge_to_reach(self.places, end, self._body, self._path_lengths, self._battery)
+        return charge_to_reach(
+            self.places, end, self._body, self._path_lengths, self._battery, self._experience
+        )
 
     def note_pose(self, pose: Pose) -> None:
         """Note where it is; a charger that it has left is free for others."""

@@ -62,6 +62,10 @@ class CommandResult:
 _SUCCESS = CommandResult(CommandState.SUCCEEDED)
 
 
+def _nothing() -> None:
+    """Do nothing."""
+
+
 class Command(Protocol):
     """Makes the robot do one kind of step."""
 
@@ -182,8 +186,8 @@ class Controller:
         self._started = 0
         self._pause: Timer | None = None
         self._here: Callable[[], Pose] | None = None
-        self._on_drive: Callable[[Pose, Pose, float], None] = lambda *_: None
-        self._departure: tuple[Pose, float] | None = None
+        self._time_step: Callable[[TaskStep], Callable[[], None]] = lambda _: _nothing
+        self._timed: Callable[[], None] = _nothing
         self._before_step: Callable[[int, TaskStep], TaskStep] = lambda _, step: step
         self._on_miss: Callable[[str, bool], None] = lambda *_: None
         self.state = State.IDLE
@@ -196,13 +200,14 @@ class Controller:
     def observe(
         self,
         here: Callable[[], Pose],
-        on_drive: Callable[[Pose, Pose, float], None] = lambda *_: None,
+        time_step: Callable[[TaskStep], Callable[[], None]] = lambda _: _nothing,
     ) -> None:
-        """Check from now on where the robot is before its arm begins, and time its drives.
+        """Check from now on where the robot is before its arm begins, and time its steps.
 
-        `on_drive` is called with start, goal and duration [s] of every drive that succeeds.
+        `time_step` is called with every step of a task that begins, and what it returns once the
+        step has succeeded.
         """
-        self._here, self._on_drive = here, on_drive
+        self._here, self._time_step = here, time_step
 
     def handle_loads(
         self,
@@ -249,10 +254,12 @@ class Controller:
         if run is None or after is None:
             return
         self.state = after
-        self._exit(run, before, event)
+        self._exit(before, event)
         if event is Event.SUCCEEDED and after is State.READY:
             run.step, run.attempts = run.step + 1, 0
+            timed = self._timed
             run.on_step(run.step)
+            timed()
         if after is State.READY and self.state is State.READY:
             self._handle(self._next_event(run))
         elif after in _WORKING:
@@ -269,12 +276,9 @@ class Controller:
             if event is not Event.STOP:
                 run.on_end(result)
 
-    def _exit(self, run: _Run, state: State, event: Event) -> None:
+    def _exit(self, state: State, event: Event) -> None:
         """End what a state has under way."""
-        if state is State.DRIVING and event is Event.SUCCEEDED and self._departure is not None:
-            start, since = self._departure
-            self._on_drive(start, run.steps[run.step].goal, self._clock.now() - since)
-        elif event in {Event.HALT, Event.STOP}:
+        if event in {Event.HALT, Event.STOP}:
             if state in _WORKING and self._command is not None:
                 self._command.cancel()
             elif state is State.RETRYING and self._pause is not None:
@@ -303,8 +307,7 @@ class Controller:
             text = f"this robot has no command for {step.kind.name}"
             self._handle(Event.GAVE_UP, CommandResult(CommandState.REJECTED, text))
             return
-        if self._here is not None:
-            self._departure = self._here(), self._clock.now()
+        self._timed = _nothing if state is State.RETURNING else self._time_step(step)
         self._started += 1
         number = self._started
         if state is not State.RETURNING:

@@ -61,6 +61,6 @@ class Respondent:
             refusal,
             tuple((entry.task.id, entry.step) for entry in self._schedule),
             self._charging.places,
-            self._schedule.pace.times,
+            self._schedule.experience.learned,
         )
         return Bids(self._id, broadcast.epoch, broadcast.auction, (), broadcast.round, basis)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from blackboard.consensus.hive_filter import NoFilter
 from blackboard.costing.cost import friction_force
 from blackboard.costing.insertion import Aging
-from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -30,12 +29,13 @@ from blackboard.domain.task import StepKind, TaskState, is_picked, load_during, 
 from blackboard.robot.charging import Charging
 from blackboard.robot.contact import Contact, Gate
 from blackboard.robot.executor import CommandState, State
+from blackboard.robot.learning import Learning
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
 from blackboard.robot.maps_in_use import MapsInUse
 from blackboard.robot.reports import Reports
 from blackboard.robot.respondent import Respondent
-from blackboard.robot.service import PUT_DOWN, WORDS, Service
+from blackboard.robot.service import FORGET, PUT_DOWN, WORDS, Service
 from blackboard.robot.unloading import Unloading
 from hive_common.pose import Pose
 
@@ -68,6 +68,7 @@ class Robot:
         charging: Decides when it charges.
         trouble: What is wrong with it though it works, such as its clock; empty if nothing is.
         maps: Which maps its parts use; where one is not the leader's, it bids on nothing.
+        learning: What its steps and tasks take.
     """
 
     def __init__(
@@ -97,15 +98,14 @@ class Robot:
         self._unanswered: Broadcast | None = None
         self._last_order = ""
         aging = Aging(talker.date, settings.aging)
-        pace = Pace(characteristics.max_speed)
-
-        def learn(start: Pose, goal: Pose, duration: float) -> None:
-            # The pace is that on a free floor; what traffic costs comes on top of it.
-            distance, delay = path_lengths.length_and_delay(start, goal)
-            pace.learn(start, goal, distance, duration - delay)
-
-        controller.observe(lambda: self._pose, learn)
-        self._schedule = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
+        self.learning = Learning(talker, robot_id, characteristics, battery, path_lengths, journal)
+        controller.observe(
+            lambda: self._pose,
+            lambda step: self.learning.time_step(step, self._pose, self._payload()),
+        )
+        self._schedule = Schedule(
+            characteristics, path_lengths, settings.cost_model, aging, self.learning.experience
+        )
         self._service = service = Service()
         self._filter = hive_filter = hive_filter or NoFilter(talker)
         self._reports = Reports(talker, robot_id, journal, hive_filter)
@@ -122,7 +122,15 @@ class Robot:
             hive_filter,
         )
         self.charging = Charging(
-            talker, robot_id, characteristics, battery, path_lengths, controller, service, plan
+            talker,
+            robot_id,
+            characteristics,
+            battery,
+            path_lengths,
+            controller,
+            service,
+            plan,
+            self.learning.experience,
         )
         self._unloading = Unloading(service, self._loads, controller)
         self._respondent = Respondent(
@@ -192,6 +200,9 @@ class Robot:
         if word not in WORDS:
             allowed = ", ".join([*WORDS, f"{PUT_DOWN} X Y YAW"])
             self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
+            return
+        if word == FORGET:
+            self.learning.forget()
             return
         if word == "charge":
             self._go_to_charge()
@@ -393,6 +404,7 @@ class Robot:
             self._controller.go_on()
         elif entry is not None and self._may_go():
             self._report_start(entry)
+            self.learning.begin_task(entry.task, entry.step, self._pose)
             self._controller.run(
                 entry.task, entry.step, self._step_done, self._task_ended, self._may_go
             )
@@ -432,6 +444,7 @@ class Robot:
         assert entry is not None  # noqa: S101  (the controller runs only what is on the schedule)
         if result.state is CommandState.SUCCEEDED:
             self._schedule.remove(entry.task.id)
+            self.learning.end_task(entry.task.id)
             self._loads.end(entry.task.id)
             self._reports.add(entry.update(TaskState.DONE))
         else:

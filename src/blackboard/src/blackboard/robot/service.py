@@ -10,9 +10,11 @@ from blackboard.domain.characteristics import RobotState
 if TYPE_CHECKING:
     from hive_common.pose import Pose
 
-WORDS = ("idle", "defect", "charging", "charge")
+FORGET = "forget"
+
+WORDS = ("idle", "defect", "charging", "charge", FORGET)
 """What an operator can tell a robot: to be in service, out of service, or charging where it
-stands, or to go to a charger."""
+stands, to go to a charger, or to forget what it has learned of its steps."""
 
 PUT_DOWN = "put_down"
 """Before `x y yaw` [m, m, rad, map frame], tells it to put a load down there that was left."""

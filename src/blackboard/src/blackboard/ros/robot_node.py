@@ -24,6 +24,7 @@ from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from blackboard.ros import membership
 from blackboard.ros.commands import ActionCommand, MoveBaseCommand, PickCommand
+from blackboard.ros.learned_parameter import LearnedParameter
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.senses import Senses, wait_for_pose
 from blackboard.ros.startup import run_node
@@ -196,6 +197,9 @@ def join_hive(
         node,
         charging_plan(names.hive),
     )
+    learned = LearnedParameter(names)
+    robot.learning.begin_with(learned.of_model())
+    robot.learning.tell_to(learned.tell)
     path_lengths.follow(lambda used: robot.maps.note(_PART, used))
     hear = talker.take(_MAP_IN_USE, lambda msg: _note_map(robot, talker, msg))
     rospy.Subscriber(names.of(_MAP_IN_USE), MapInUse, hear)

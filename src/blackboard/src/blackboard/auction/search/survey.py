@@ -16,8 +16,8 @@ import numpy as np
 from blackboard.auction.search.problem import Problem, finite
 from blackboard.costing.bidding import CHARGE_TOLERANCE
 from blackboard.costing.effort import Effort, Job, Predictor, charge_to_reach
+from blackboard.costing.experience import Experience, Learned, turnings
 from blackboard.costing.insertion import Aging
-from blackboard.costing.pace import Pace, turnings
 from blackboard.domain.battery import Battery
 from blackboard.domain.task import StepKind, TaskState, split_task, step_to_go_on
 
@@ -98,7 +98,7 @@ class _Robot:
     basis: BidBasis
     predictor: Predictor
     lengths: PathLengths
-    times: tuple[float, ...]  # its pace
+    experience: Experience
     ready: Effort
     fixed: int
     row: tuple[int, ...]
@@ -106,7 +106,7 @@ class _Robot:
     @property
     def alike(self) -> tuple[object, ...]:
         """What robots of one kind have in common."""
-        return self.basis.body, self.times
+        return self.basis.body, self.experience.learned
 
 
 def survey(situation: Situation) -> Iterator[float | Wanted | Surveyed]:
@@ -207,8 +207,8 @@ def _robot(
     records: Sequence[TaskRecord],
 ) -> _Robot:
     lengths = situation.path_lengths_for(basis.body.radius)
-    pace = Pace(basis.body.max_speed, basis.pace)
-    predictor = Predictor(basis.body, lengths, pace)
+    experience = Experience(basis.body, basis.pace)
+    predictor = Predictor(basis.body, lengths, experience)
     ready, fixed, row = Effort(0.0, 0.0, 0.0, basis.pose), 0, []
     for place, (task_id, step) in enumerate(basis.tasks):
         index = number.get(task_id)
@@ -222,11 +222,11 @@ def _robot(
         if listed is not None:
             ready = ready.then(predictor.effort(listed.task, step, ready.end))
             fixed += 1
-    return _Robot(name, basis, predictor, lengths, pace.times, ready, fixed, tuple(row))
+    return _Robot(name, basis, predictor, lengths, experience, ready, fixed, tuple(row))
 
 
 def _sharing(robots: list[_Robot]) -> list[_Robot]:
-    """Return robots of one body with their mean pace.
+    """Return robots of one body with their mean experience.
 
     The first one to learn that drives take less than it had assumed would look faster, and tasks
     would go to it, and back when the others have learned it too.
@@ -234,10 +234,10 @@ def _sharing(robots: list[_Robot]) -> list[_Robot]:
     shared = []
     for robot in robots:
         body = robot.basis.body
-        same = [each.times for each in robots if each.basis.body == body]
-        times = tuple(np.mean(same, axis=0).tolist())
-        predictor = Predictor(body, robot.lengths, Pace(body.max_speed, times))
-        shared.append(replace(robot, predictor=predictor, times=times))
+        same = [each.experience.learned for each in robots if each.basis.body == body]
+        experience = Experience(body, Learned(*np.mean(same, axis=0).tolist()))
+        predictor = Predictor(body, robot.lengths, experience)
+        shared.append(replace(robot, predictor=predictor, experience=experience))
     return shared
 
 
@@ -358,8 +358,13 @@ def _limits(problem: Problem, robots: Sequence[_Robot]) -> Floats:
 def _endurance(robot: _Robot) -> float:
     body, basis = robot.basis.body, robot.basis
     battery = Battery(body.battery, basis.charge)
-    reserve = charge_to_reach(basis.chargers, robot.ready.end, body, robot.lengths, battery)
+    learned = robot.experience.learned
+    reserve = charge_to_reach(
+        basis.chargers, robot.ready.end, body, robot.lengths, battery, robot.experience
+    )
     charge = battery.charge_left - reserve - CHARGE_TOLERANCE * battery.capacity
-    speed = 1.0 / max(robot.times[1], 1.0 / body.max_speed)
-    power = max(robot.predictor.force(body.payload) * speed, body.arm_power) + body.idle_power
-    return charge / battery.charge_for(power) if power > 0.0 else math.inf
+    speed = 1.0 / max(learned.per_metre, 1.0 / body.max_speed)
+    driving = robot.predictor.force(body.payload) * speed
+    power = max(driving, learned.power * body.arm_power) + learned.power * body.idle_power
+    most = battery.charge_for(robot.experience.most_energy(power))
+    return charge / most if most > 0.0 else math.inf

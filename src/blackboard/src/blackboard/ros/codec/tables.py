@@ -147,7 +147,7 @@ RECORD = Codec(
     bb_msgs.TaskRecord,
     TaskRecord,
     "robot step eta reason parent assignment step_eta parts earlier predicted_at started ended"
-    " division",
+    " division eta_margin",
     Row("task", write=TASK.encode, read=TASK.decode),
     _one_of("state", TaskState),
     *_tuples("tried"),
@@ -157,7 +157,7 @@ RECORD = Codec(
 UPDATE = Codec(
     bb_msgs.TaskState,
     TaskUpdate,
-    "task_id robot_id step steps eta epoch reason assignment step_eta put_off_for",
+    "task_id robot_id step steps eta epoch reason assignment step_eta put_off_for eta_margin",
     _stamped(),
     _one_of("state", TaskState),
 )
@@ -206,7 +206,8 @@ TERMS = Codec(
 BID = Codec(
     bb_msgs.TaskCost,
     Bid,
-    "robot_id task_id cost energy_cost eta reason under_way most_payload exclusion",
+    "robot_id task_id cost energy_cost eta reason under_way most_payload exclusion learned_from"
+    " duration formula_duration formula_energy_cost",
     Row(
         "interrupt_cost",
         "interrupt_cost under_way",

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.costing.pace import MEAN_SPEED_SHARE
+from blackboard.costing.experience import MEAN_SPEED_SHARE
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Corrects what a robot predicts of its steps by what they took."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.costing.experience import Experience, Learned, by_formula, turning_at_ends
+from blackboard.costing.regression import Regression
+from blackboard.costing.saved_experience import CHANGES_KEPT, SHARES, TIMES, SavedExperience
+from blackboard.costing.track_record import Outcome, TrackRecord
+from blackboard.domain.task import StepKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from hive_common.pose import Pose
+
+    Rows = Sequence[Sequence[float]]
+
+_SHORTEST = 0.5
+"""A shorter drive says nothing [m]."""
+
+_OF_TIME = (4.0, 1.0, 1.0)
+"""How far off the formula may be [s a drive, s/m, s/rad]."""
+
+_OF_ENERGY = (0.5, 0.5)
+"""How far off it may be in what friction draws, and in what all else draws."""
+
+_TIME_SPREAD, _ENERGY_SPREAD = 0.1, 0.03
+"""By which share a step differs from the next one like it."""
+
+_OF_OTHERS = 0.1
+"""How far off the experience of others may be, as a share of these."""
+
+_COARSE = 10.0
+"""A robot learns from a drop of its charge this many times the smallest that its gauge shows."""
+
+_ARM_WEIGHT = 0.2
+"""Weight of the last pick or place in the mean."""
+
+
+class Learner:
+    """What one robot learns.
+
+    Args:
+        body: What the robot is.
+
+    Attributes:
+        experience: What it predicts by.
+        record: How well it has predicted.
+        clipped: How many were predicted outside of their limits.
+        changes: What has changed, in words, oldest first.
+    """
+
+    def __init__(self, body: RobotCharacteristics) -> None:
+        self._body = body
+        self.experience = Experience(body)
+        self.forget()
+
+    def forget(self) -> None:
+        """Predict by the formula again."""
+        self._begin(by_formula(self._body.max_speed), (), ())
+        self.record = TrackRecord()
+        self.clipped = 0
+        self.changes: list[str] = []
+
+    def _begin(self, learned: Learned, of_time: Rows, of_energy: Rows) -> None:
+        self._time = Regression(learned[:TIMES], _OF_TIME, _TIME_SPREAD, of_time)
+        shares = learned[TIMES : TIMES + SHARES]
+        self._energy = Regression(shares, _OF_ENERGY, _ENERGY_SPREAD, of_energy)
+        self._arm = {StepKind.PICK: learned.pick, StepKind.PLACE: learned.place}
+        self._drives = learned.drives
+        self._terms = np.zeros(SHARES)
+        self._drawn, self._smallest = 0.0, math.inf
+        self.experience.use(learned)
+
+    def restore(self, saved: SavedExperience) -> None:
+        """Go on from what was saved."""
+        self._begin(Learned(*saved.learned), saved.of_time, saved.of_energy)
+        self.record = TrackRecord(saved.tasks, saved.settled)
+        self.clipped = saved.clipped
+        self.changes = list(saved.changes)
+
+    def save(self) -> SavedExperience:
+        """Return what `restore` goes on from."""
+        return SavedExperience(
+            learned=tuple(self.experience.learned),
+            of_time=self._time.covariance,
+            of_energy=self._energy.covariance,
+            clipped=self.clipped,
+            outcomes=tuple(tuple(each) for each in self.record.outcomes),
+            settled=self.record.settled,
+            changes=tuple(self.changes),
+        )
+
+    def begin_with(self, others: Iterable[SavedExperience]) -> None:
+        """Begin with the experience of other robots of the model, each by what it has driven."""
+        known = [Learned(*each.learned) for each in others]
+        weights = [max(0.0, each.drives) for each in known]
+        if not any(weights):
+            return
+        mean = np.average(known, axis=0, weights=weights)
+        of_time, of_energy = (
+            tuple(map(tuple, np.diag(np.square(np.multiply(_OF_OTHERS, uncertainty))).tolist()))
+            for uncertainty in (_OF_TIME, _OF_ENERGY)
+        )
+        self._begin(Learned(*mean.tolist()), of_time, of_energy)
+
+    def learn_drive(
+        self, start: Pose, goal: Pose, distance: float, duration: float, delay: float = 0.0
+    ) -> None:
+        """Learn from a drive over a distance [m] that took a time [s].
+
+        What traffic costs, `delay` [s], comes on top of what is learned.
+        """
+        free = duration - delay
+        if not (_SHORTEST <= distance < math.inf and free > 0.0):
+            return
+        self.clipped += self.experience.is_clipped(start, goal, distance)
+        self._time.learn([1.0, distance, turning_at_ends(start, goal)], free)
+        self._drives += 1
+        self._predict()
+
+    def learn_arm(self, kind: StepKind, duration: float) -> None:
+        """Learn from a pick or a place that took a time [s]."""
+        planned = self._body.arm_time(kind)
+        if planned > 0.0:
+            self._arm[kind] += _ARM_WEIGHT * (duration / planned - self._arm[kind])
+            self._predict()
+
+    def learn_energy(self, friction: float, power: float, drawn: float) -> None:
+        """Learn from what was drawn from the battery in some time, without charging [J].
+
+        A gauge may show whole percents only, so several steps are taken together.
+
+        Args:
+            friction: What friction draws by the formula for the distance that was driven [J].
+            power: What electronics and arm draw by the formula in that time [J].
+            drawn: What the battery lost [J].
+        """
+        self._terms += (friction, power)
+        self._drawn += drawn
+        if drawn > 0.0:
+            self._smallest = min(self._smallest, drawn)
+        if self._drawn >= _COARSE * self._smallest and self._terms.any():
+            self._energy.learn(self._terms.tolist(), self._drawn)
+            self._terms[:], self._drawn = 0.0, 0.0
+            self._predict()
+
+    def add(self, outcome: Outcome) -> list[str]:
+        """Take in how a task went; return in words what has changed, nothing most of the time."""
+        if not outcome.is_usable:
+            return []
+        time_is_off, energy_is_off = changes = self.record.add(outcome)
+        if time_is_off:
+            self._time.doubt()
+        if energy_is_off:
+            self._energy.doubt()
+        found = [each for each in changes if each]
+        dated = [f"after {self._drives:.0f} drives: {each}" for each in found]
+        self.changes = [*self.changes, *dated][-CHANGES_KEPT:]
+        self._predict()
+        return found
+
+    def _predict(self) -> None:
+        before = self.experience.learned
+        margins = (
+            self.record.time_margin(before.time_margin),
+            self.record.energy_margin(before.energy_margin),
+        )
+        values = [*self._time.values.tolist(), *self._energy.values.tolist()]
+        self.experience.use(Learned._make([*values, *self._arm.values(), *margins, self._drives]))
