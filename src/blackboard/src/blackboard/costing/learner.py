@@ -37,11 +37,11 @@ _TIME_SPREAD, _ENERGY_SPREAD = 0.1, 0.03
 _OF_OTHERS = 0.1
 """How far off the experience of others may be, as a share of these."""
 
-_COARSE = 10.0
-"""A robot learns from a drop of its charge this many times the smallest that its gauge shows."""
+_OF_ARM = (0.5,)
+"""How far off it may be in how long the arm works, as a share."""
 
-_ARM_WEIGHT = 0.2
-"""Weight of the last pick or place in the mean."""
+_COARSE = 10.0
+"""Where the gauge is coarse, a robot learns from a drop this many times the smallest it shows."""
 
 
 class Learner:
@@ -73,10 +73,13 @@ class Learner:
         self._time = Regression(learned[:TIMES], _OF_TIME, _TIME_SPREAD, of_time)
         shares = learned[TIMES : TIMES + SHARES]
         self._energy = Regression(shares, _OF_ENERGY, _ENERGY_SPREAD, of_energy)
-        self._arm = {StepKind.PICK: learned.pick, StepKind.PLACE: learned.place}
+        self._arm = {
+            StepKind.PICK: Regression((learned.pick,), _OF_ARM, _TIME_SPREAD),
+            StepKind.PLACE: Regression((learned.place,), _OF_ARM, _TIME_SPREAD),
+        }
         self._drives = learned.drives
         self._terms = np.zeros(SHARES)
-        self._drawn, self._smallest = 0.0, math.inf
+        self._drawn, self._smallest, self._is_coarse = 0.0, math.inf, False
         self.experience.use(learned)
 
     def restore(self, saved: SavedExperience) -> None:
@@ -129,25 +132,30 @@ class Learner:
     def learn_arm(self, kind: StepKind, duration: float) -> None:
         """Learn from a pick or a place that took a time [s]."""
         planned = self._body.arm_time(kind)
-        if planned > 0.0:
-            self._arm[kind] += _ARM_WEIGHT * (duration / planned - self._arm[kind])
+        if planned > 0.0 < duration:
+            self._arm[kind].learn((planned,), duration)
             self._predict()
 
     def learn_energy(self, friction: float, power: float, drawn: float) -> None:
         """Learn from what was drawn from the battery in some time, without charging [J].
 
-        A gauge may show whole percents only, so several steps are taken together.
+        A gauge may show whole percents only. Then several steps are taken together.
 
         Args:
             friction: What friction draws by the formula for the distance that was driven [J].
             power: What electronics and arm draw by the formula in that time [J].
             drawn: What the battery lost [J].
         """
+        if not friction + power > 0.0:
+            return
         self._terms += (friction, power)
         self._drawn += drawn
         if drawn > 0.0:
             self._smallest = min(self._smallest, drawn)
-        if self._drawn >= _COARSE * self._smallest and self._terms.any():
+        else:
+            self._is_coarse = True
+        enough = _COARSE * self._smallest if self._is_coarse else 0.0
+        if self._drawn > 0.0 and self._drawn >= enough:
             self._energy.learn(self._terms.tolist(), self._drawn)
             self._terms[:], self._drawn = 0.0, 0.0
             self._predict()
@@ -158,7 +166,8 @@ class Learner:
             return []
         time_is_off, energy_is_off = changes = self.record.add(outcome)
         if time_is_off:
-            self._time.doubt()
+            for regression in (self._time, *self._arm.values()):
+                regression.doubt()
         if energy_is_off:
             self._energy.doubt()
         found = [each for each in changes if each]
@@ -173,5 +182,6 @@ class Learner:
             self.record.time_margin(before.time_margin),
             self.record.energy_margin(before.energy_margin),
         )
-        values = [*self._time.values.tolist(), *self._energy.values.tolist()]
-        self.experience.use(Learned._make([*values, *self._arm.values(), *margins, self._drives]))
+        together = (self._time, self._energy, *self._arm.values())
+        values = [value for regression in together for value in regression.values.tolist()]
+        self.experience.use(Learned._make([*values, *margins, self._drives]))
