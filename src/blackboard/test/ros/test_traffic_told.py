@@ -11,8 +11,9 @@ import rospy
 from geometry_msgs.msg import Point32
 from robot_description.msg import SlowPlace, TrafficState
 
+from blackboard.costing.traffic_conditions import DELAYS_PERIOD
 from blackboard.costing.traffic_conditions import SlowPlace as Slow
-from blackboard.ros.traffic_told import DELAYS_PERIOD, TrafficTold
+from blackboard.ros.traffic_told import TrafficTold
 
 DOOR = {"name": "door", "kind": "at-most", "robots": 1, "corners": [[0, 0], [1, 0], [1, 1]]}
 

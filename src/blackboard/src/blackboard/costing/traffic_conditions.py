@@ -11,11 +11,15 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import attrs
 import numpy as np
 
+from hive_common.pose import Pose
 from hive_common.zone import KEEP_OUT, ONE_WAY, SLOW, inside
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
     from numpy.typing import NDArray
 
     from hive_common.zone import Zone
@@ -28,6 +32,13 @@ apart, and who drives through the middle of one loses all of it."""
 
 FREE_SPEED = 1.0
 """How fast robots drive where nothing limits them, to reckon what a slow zone costs [m/s]."""
+
+DELAYS_PERIOD = 60.0
+"""New delays count so often [s]: with each of them, all path lengths are worked out anew."""
+
+STEP = 3.0  # delays count in such steps, so that most of the time nothing changes [s]
+LONGEST = 3600.0  # delays that are longer are no delays of traffic [s]
+SQUARE = 2.0  # side of the squares by which the traffic planner tells slow places apart [m]
 
 AGAINST = 0.01  # cosine; who drives across a one-way zone does not drive against it
 
@@ -98,3 +109,52 @@ class TrafficConditions:
 
 NO_TRAFFIC = TrafficConditions()
 """Robots drive as if there were nobody else, and no zone."""
+
+
+class HeardTraffic:
+    """Takes in what the traffic planner tells: closed zones at once, new delays now and then.
+
+    Args:
+        zones: All that there are.
+
+    Attributes:
+        conditions: What counts now.
+    """
+
+    def __init__(self, zones: tuple[Zone, ...]) -> None:
+        self.conditions = TrafficConditions(zones)
+        self._delays_at = -math.inf
+
+    def hear(self, now: float, closed: Collection[str], slow: Iterable[SlowPlace] | None) -> bool:
+        """Take in what is told; return whether something else counts now.
+
+        Args:
+            now: The time [s].
+            closed: The names of the zones that are closed.
+            slow: Where robots lose time; None if nobody has measured that.
+        """
+        before = self.conditions
+        zones = tuple(attrs.evolve(each, closed=each.name in closed) for each in before.zones)
+        counted = before.slow
+        is_due = now - self._delays_at >= DELAYS_PERIOD
+        if slow is not None and (is_due or zones != before.zones):
+            self._delays_at = now
+            counted = _in_steps(slow)
+        self.conditions = TrafficConditions(zones, counted)
+        return self.conditions != before
+
+
+def _in_steps(told: Iterable[SlowPlace]) -> tuple[SlowPlace, ...]:
+    """Return slow places as they count, in an order that does not change."""
+    return tuple(
+        sorted(
+            SlowPlace(_middle(each.x), _middle(each.y), STEP * round(each.delay / STEP))
+            for each in told
+            if STEP / 2 <= each.delay <= LONGEST and not Pose(each.x, each.y).flaw
+        )
+    )
+
+
+def _middle(coordinate: float) -> float:
+    """Return the middle of the square that has a coordinate in it [m]."""
+    return SQUARE * (math.floor(coordinate / SQUARE) + 0.5)

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from blackboard.robot.robot import Robot
     from fleet_manager.config.fleet_file import FleetRobot
     from hive_common.zone import Zone
+    from hive_lab.fleets.true_battery import TrueBattery
     from hive_lab.fleets.virtual_fleet import VirtualFleet
+    from hive_navigation.traffic.coordinator import Coordinator
 
 TOLD = 4  # a robot learns its pose and distance driven every so many steps: at 10 Hz
 _ACTS = {StepKind.PICK: Act.PICK, StepKind.PLACE: Act.PLACE}
@@ -62,10 +64,16 @@ class SimulatedBodies:
         self._bodies: dict[str, _Body] = {}
         self._steps = 0
 
+    @property
+    def coordinator(self) -> Coordinator | None:
+        """The traffic planner, if there is one."""
+        return self._traffic.coordinator
+
     def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
         """Spawn a robot; return its command for each kind of step."""
         self._traffic.add(robot.name, load_model(robot.model), robot.pose)
-        body = _Body(robot.name, self.simulation, self._traffic)
+        battery = fleet.true_batteries.get(robot.name)
+        body = _Body(robot.name, self.simulation, self._traffic, battery)
         if not self._bodies:
             fleet.network.schedule(STEP, lambda: self._step(fleet))
         self._bodies[robot.name] = body
@@ -84,20 +92,23 @@ class SimulatedBodies:
 class _Body:
     """One robot's wheels and arm; see `blackboard.robot.executor.Command`."""
 
-    def __init__(self, name: str, simulation: Simulation, traffic: Traffic) -> None:
+    def __init__(
+        self, name: str, simulation: Simulation, traffic: Traffic, battery: TrueBattery | None
+    ) -> None:
         self._name = name
         self._simulation = simulation
         self._traffic = traffic
+        self._battery = battery
         self._was = simulation.odometry(name)
         self._done: Callable[[CommandResult], None] | None = None
-        self._drives = False
+        self._kind = StepKind.MOVE
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Begin a step."""
-        self._done, self._drives = done, step.kind is StepKind.MOVE
+        self._done, self._kind = done, step.kind
         navigator = self._traffic.navigators[self._name]
-        navigator.stationary = not self._drives
-        if self._drives:
+        navigator.stationary = step.kind is not StepKind.MOVE
+        if step.kind is StepKind.MOVE:
             self._traffic.send(self._name, (step.goal.x, step.goal.y, step.goal.yaw))
             return
         order = Order(_ACTS[step.kind], step.task_id, step.payload)
@@ -114,7 +125,7 @@ class _Body:
         done = self._done
         if done is None:
             return
-        if self._drives:
+        if self._kind is StepKind.MOVE:
             outcome = self._traffic.outcomes.get(self._name)
             if outcome is None:
                 return
@@ -125,12 +136,17 @@ class _Body:
                 return
             works, text = result.outcome is Grip.SUCCESS, result.message
             self._traffic.navigators[self._name].stationary = False
+            if works and self._battery is not None:
+                self._battery.grip(self._kind)
         self._done = None
         done(CommandResult(CommandState.SUCCEEDED if works else CommandState.ABORTED, text))
 
     def tell(self, robot: Robot) -> None:
-        """Tell the robot its pose and the distance driven."""
+        """Tell the robot its pose and the distance driven, and what its battery measures."""
         now = self._simulation.odometry(self._name)
-        robot.add_travel(math.dist(now[:2], self._was[:2]))
+        distance = math.dist(now[:2], self._was[:2])
         self._was = now
+        robot.add_travel(distance)
+        if self._battery is not None:
+            self._battery.run(TOLD * STEP, distance, robot.status.payload)
         robot.set_pose(Pose(*self._simulation.poses[self._name]))

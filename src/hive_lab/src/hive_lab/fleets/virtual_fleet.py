@@ -20,6 +20,7 @@ from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STA
 from blackboard.robot.charging import ChargingPlan
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
+from hive_lab.fleets.true_battery import TrueBattery
 from hive_lab.virtual.hive import make_robot, start_blackboard
 from hive_lab.virtual.network import Network, NetworkTalker
 from robot_description.models import model_path
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from blackboard.costing.bid_basis import Bids
     from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotCharacteristics, RobotStatus
-    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import StepKind, Task
     from blackboard.robot.executor import Command
@@ -53,25 +53,36 @@ class VirtualFleet:
         chart: Name or path of the map.
         bodies: What moves the robots.
         chargers: Where a robot stands at each charger, by name, frame map.
+        measured: Whether robots measure how full their batteries are instead of reckoning it.
+            Their bodies are `SimulatedBodies` then, and nothing charges them.
 
     Attributes:
         robots, batteries, characteristics, path_lengths: Of each robot, by its name.
+        true_batteries: Of each robot that measures its own.
+        board_lengths: The path lengths of the blackboard.
         bids: The latest bid of each robot on each task, by (task, robot).
         updates: All updates of each task.
         statuses: The latest of each robot.
     """
 
     def __init__(
-        self, fleet: Fleet, chart: str, bodies: Bodies, chargers: Mapping[str, Pose]
+        self,
+        fleet: Fleet,
+        chart: str,
+        bodies: Bodies,
+        chargers: Mapping[str, Pose],
+        *,
+        measured: bool = False,
     ) -> None:
         self.network = Network()
         self.robots: dict[str, Robot] = {}
         self.batteries: dict[str, Battery] = {}
+        self.true_batteries: dict[str, TrueBattery] = {}
         self.characteristics: dict[str, RobotCharacteristics] = {}
         self.bids: dict[tuple[str, str], Bid] = {}
         self.updates: dict[str, list[TaskUpdate]] = {}
         self.statuses: dict[str, RobotStatus] = {}
-        self.path_lengths: dict[str, PathLengths] = {}
+        self.path_lengths: dict[str, GridPathLengths] = {}
         self._on_update: Callable[[TaskUpdate], None] = lambda _: None
         self.grid = load_map(chart)
         self._plan = ChargingPlan(chargers, fleet.battery)
@@ -82,20 +93,25 @@ class VirtualFleet:
             improve_by=measure_for(fleet.cost_model),
             bid_timeout=fleet.bid_timeout,
         )
-        lengths = GridPathLengths(self.grid)
-        start_blackboard(NetworkTalker(self.network, "blackboard"), lengths, settings)
+        self.board_lengths = GridPathLengths(self.grid)
+        talker = NetworkTalker(self.network, "blackboard")
+        start_blackboard(talker, self.board_lengths, settings)
         self.network.listen(TASK_COST, self._note_bids)
         self.network.listen(TASK_STATE, self._note_update)
         self.network.listen(ROBOT_STATUS, self._note_status)
         for entry in fleet.robots:
+            body = characteristics_from(yaml.safe_load(model_path(entry.model).read_text("utf-8")))
+            self.characteristics[entry.name] = body
+            self.batteries[entry.name] = Battery(body.battery)
+            if measured:
+                true = self.true_batteries[entry.name] = TrueBattery(body)
+                self.batteries[entry.name] = true.measured
             self._add(entry, fleet, bodies)
 
     def _add(self, entry: FleetRobot, fleet: Fleet, bodies: Bodies) -> None:
         talker = self._talkers[entry.name] = NetworkTalker(self.network, entry.name)
         commands = self._commands[entry.name] = bodies.command(entry, self)
-        body = characteristics_from(yaml.safe_load(model_path(entry.model).read_text("utf-8")))
-        self.characteristics[entry.name] = body
-        battery = self.batteries[entry.name] = Battery(body.battery)
+        body = self.characteristics[entry.name]
         lengths = self.path_lengths[entry.name] = GridPathLengths(self.grid, body.radius)
         robot = self.robots[entry.name] = make_robot(
             talker,
@@ -103,7 +119,7 @@ class VirtualFleet:
             Pose(*entry.pose),
             commands,
             body,
-            battery=battery,
+            battery=self.batteries[entry.name],
             path_lengths=lengths,
             settings=RobotSettings(cost_model=fleet.cost_model),
             charging=self._plan,
