@@ -8,7 +8,7 @@ import pytest
 
 from blackboard.costing.experience import ENERGY_MARGIN, TIME_MARGIN, by_formula
 from blackboard.costing.learner import Learner
-from blackboard.costing.saved_experience import as_plain, saved_from
+from blackboard.costing.saved_experience import CHANGES_KEPT, as_plain, saved_from
 from blackboard.costing.track_record import KEPT, Outcome
 from blackboard.domain.task import StepKind
 from hive_common.pose import Pose
@@ -224,7 +224,7 @@ def test_tasks_of_which_nothing_can_be_said_do_not_count():
     learner = Learner(SMALL_ROBOT)
 
     for odd in (outcome(energy=0.0), outcome(time=-1.0), outcome(predicted=math.inf)):
-        assert learner.add(odd) == []
+        learner.add(odd)
 
     assert learner.save().outcomes == ()
 
@@ -238,33 +238,76 @@ def test_only_the_last_tasks_are_kept():
     assert learner.save().outcomes[-1][4] == pytest.approx(20.0 + 0.001 * (KEPT + 4))
 
 
-def test_a_worn_wheel_is_noticed_within_four_tasks_and_soon_learned():
-    learner = Learner(SMALL_ROBOT)
+def test_a_worn_wheel_is_noticed_within_three_steps_and_soon_learned():
+    learner = learner_after(20)
     chance = random.Random(2)
 
-    def do(factor):
-        friction, power = chance.uniform(200.0, 500.0), chance.uniform(50.0, 200.0)
+    def step(factor):
+        """Return what a drive draws, as a share of what was predicted."""
+        friction, power = chance.uniform(50.0, 300.0), chance.uniform(200.0, 500.0)
         learned = learner.experience.learned
-        predicted = learned.friction * friction + learned.power * power
         drawn = factor * friction + power
         learner.learn_energy(friction, power, drawn)
-        error = drawn / predicted
-        return error, learner.add(outcome(energy=500.0 * error))
+        return drawn / (learned.friction * friction + learned.power * power)
 
-    assert [do(1.0)[1] for _ in range(60)] == [[]] * 60
-    told = [do(1.5)[1] for _ in range(4)]
-    (text,) = [text for texts in told for text in texts]
-    assert text.endswith("more energy than predicted")
-    assert learner.save().changes == (f"after 0 drives: {text}",)
+    for _ in range(60):
+        step(chance.uniform(0.97, 1.03))
+    assert learner.changes == []
+    for _ in range(4):
+        step(2.0)
+    (text,) = learner.changes
+    assert text.startswith("after 20 drives: steps draw ")
+    assert text.endswith("% more energy than predicted")
     for _ in range(6):
-        error, _ = do(1.5)
-    assert error == pytest.approx(1.0, abs=0.02)
+        step(2.0)
+    assert step(2.0) == pytest.approx(1.0, abs=0.02)
+    assert learner.changes == [text]
 
 
-def test_a_slower_floor_is_noticed_and_one_delay_is_not():
-    learner = Learner(SMALL_ROBOT)
-    usual = [learner.add(outcome(time=time)) for time in [20.0, 21.0, 60.0, 19.0] * 10]
-    told = [learner.add(outcome(time=30.0)) for _ in range(3)]
+def test_a_slower_floor_is_noticed_and_a_delay_now_and_then_is_not():
+    learner = learner_after(20)
+    for time in [20.0, 21.0, 60.0, 19.0] * 10:
+        learner.add(outcome(time=time))
+    assert learner.changes == []
 
-    assert usual == [[]] * 40
-    assert told[-1] == ["its tasks take 50% more time than predicted"]
+    for _ in range(3):
+        learner.add(outcome(time=30.0))
+
+    assert learner.changes == ["after 20 drives: tasks take 50% more time than predicted"]
+
+
+def test_after_a_change_it_learns_anew_and_counts_no_old_task_for_its_margins():
+    learner = learner_after(100)
+    for _ in range(40):
+        learner.add(outcome(time=20.0))
+    old = learner.experience.learned.time_margin
+    for _ in range(3):
+        learner.add(outcome(time=40.0))
+    for goal, distance, turn in drives(8, seed=4):
+        learner.learn_drive(HERE, goal, distance, real(distance, turn, slower=2.0))
+
+    goal, distance, turn = next(drives(1, seed=5))
+    taken = real(distance, turn, slower=2.0)
+    assert learner.experience.duration(HERE, goal, distance) == pytest.approx(taken, rel=0.05)
+    for _ in range(12):
+        learner.add(outcome(time=20.5))
+    assert old == 0.0
+    assert learner.experience.learned.time_margin == pytest.approx(0.5 / math.sqrt(20.0))
+
+
+def test_at_first_nothing_counts_as_a_change():
+    learner = learner_after(9)
+    for _ in range(8):
+        learner.add(outcome(time=40.0))
+        learner.learn_energy(100.0, 0.0, 140.0)
+
+    assert learner.changes == []
+
+
+def test_only_the_last_changes_are_kept():
+    learner = learner_after(20)
+    for number in range(15):
+        for _ in range(11):
+            learner.add(outcome(time=40.0 if number % 2 else 10.0))
+
+    assert len(learner.changes) == CHANGES_KEPT

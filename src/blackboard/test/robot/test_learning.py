@@ -154,8 +154,8 @@ def test_a_change_is_told_to_who_runs_the_robot():
         bench.do(friction=2.5)
 
     (warning,) = bench.talker.warnings
-    assert warning.startswith("robot1: its tasks draw")
-    assert "more energy than predicted; check its wheels" in warning
+    assert warning.startswith("robot1: after 42 drives: steps draw ")
+    assert "% more energy than predicted; check its wheels" in warning
 
 
 def test_a_task_that_another_ends_says_nothing():

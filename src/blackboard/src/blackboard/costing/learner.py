@@ -11,12 +11,14 @@ import numpy as np
 from blackboard.costing.experience import Experience, Learned, by_formula, turning_at_ends
 from blackboard.costing.regression import Regression
 from blackboard.costing.saved_experience import CHANGES_KEPT, SHARES, TIMES, SavedExperience
-from blackboard.costing.track_record import Outcome, TrackRecord
+from blackboard.costing.shift import Shift
+from blackboard.costing.track_record import TrackRecord
 from blackboard.domain.task import StepKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from blackboard.costing.track_record import Outcome
     from blackboard.domain.characteristics import RobotCharacteristics
     from hive_common.pose import Pose
 
@@ -31,8 +33,15 @@ _OF_TIME = (4.0, 1.0, 1.0)
 _OF_ENERGY = (0.5, 0.5)
 """How far off it may be in what friction draws, and in what all else draws."""
 
-_TIME_SPREAD, _ENERGY_SPREAD = 0.1, 0.03
+_TIME_SPREAD, _ENERGY_SPREAD = 0.1, 0.02
 """By which share a step differs from the next one like it."""
+
+_TIME_SHIFT = 0.1, 0.3, 0.5
+"""What is a change in the time of tasks, see `Shift`: three in a row that are off by 30 %."""
+
+_ENERGY_SHIFT = 0.02, 0.1, 0.12
+"""What is a change in the energy of steps: two steps in a row that are off by 8 %. No step
+draws more because it was held up: what was drawn is compared with the time that it took."""
 
 _OF_OTHERS = 0.1
 """How far off the experience of others may be, as a share of these."""
@@ -78,6 +87,7 @@ class Learner:
             StepKind.PLACE: Regression((learned.place,), _OF_ARM, _TIME_SPREAD),
         }
         self._drives = learned.drives
+        self._time_shift, self._energy_shift = Shift(*_TIME_SHIFT), Shift(*_ENERGY_SHIFT)
         self._terms = np.zeros(SHARES)
         self._drawn, self._smallest, self._is_coarse = 0.0, math.inf, False
         self.experience.use(learned)
@@ -156,25 +166,30 @@ class Learner:
             self._is_coarse = True
         enough = _COARSE * self._smallest if self._is_coarse else 0.0
         if self._drawn > 0.0 and self._drawn >= enough:
-            self._energy.learn(self._terms.tolist(), self._drawn)
+            ratio = self._energy.learn(self._terms.tolist(), self._drawn)
             self._terms[:], self._drawn = 0.0, 0.0
+            if change := self._energy_shift.add(ratio):
+                self._note(f"steps draw {change} energy than predicted", self._energy)
             self._predict()
 
-    def add(self, outcome: Outcome) -> list[str]:
-        """Take in how a task went; return in words what has changed, nothing most of the time."""
+    def add(self, outcome: Outcome) -> None:
+        """Take in how a task went."""
         if not outcome.is_usable:
-            return []
-        time_is_off, energy_is_off = changes = self.record.add(outcome)
-        if time_is_off:
-            for regression in (self._time, *self._arm.values()):
-                regression.doubt()
-        if energy_is_off:
-            self._energy.doubt()
-        found = [each for each in changes if each]
-        dated = [f"after {self._drives:.0f} drives: {each}" for each in found]
-        self.changes = [*self.changes, *dated][-CHANGES_KEPT:]
+            return
+        self.record.add(outcome)
+        if change := self._time_shift.add(outcome.time / outcome.predicted_time):
+            changed = (self._time, *self._arm.values())
+            self._note(f"tasks take {change} time than predicted", *changed)
         self._predict()
-        return found
+
+    def _note(self, change: str, *changed: Regression) -> None:
+        """Note what has changed, and learn it anew."""
+        for regression in changed:
+            regression.doubt()
+        self.record.unsettle()
+        self.changes = [*self.changes, f"after {self._drives:.0f} drives: {change}"][
+            -CHANGES_KEPT:
+        ]
 
     def _predict(self) -> None:
         before = self.experience.learned

@@ -45,8 +45,12 @@ class Regression:
         """How well the values are known."""
         return tuple(map(tuple, self._covariance.tolist()))
 
-    def learn(self, terms: Sequence[float], total: float) -> None:
-        """Learn from a total above 0."""
+    def learn(self, terms: Sequence[float], total: float) -> float:
+        """Learn from a total above 0; return it as a share of what was expected.
+
+        Where nothing was expected it is 1.
+        """
+        expected = float(np.dot(terms, self.values))
         share = np.array(terms) / total
         variance = float(share @ self._covariance @ share)
         most = max(self.MAX_ERROR, 3.0 * math.sqrt(variance))
@@ -58,6 +62,7 @@ class Regression:
         limit = np.diag(np.square(self._uncertainty))
         widened = left / self.FORGETTING
         self._covariance = widened if np.trace(widened) <= np.trace(limit) else left
+        return total / expected if expected > 0.0 else 1.0
 
     def doubt(self) -> None:
         """Take the values for as uncertain as at the start: things have changed."""

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How well a robot has predicted its tasks: margins, and whether something has changed.
+"""How well a robot has predicted its tasks, and the margins that follow from that.
 
 The margins are those of split conformal prediction over the last tasks (Vovk, Gammerman and
 Shafer, "Algorithmic Learning in a Random World", 2005): they hold for nine of ten tasks whatever
-the errors look like. A change is found by the test of Page and Hinkley (Page, "Continuous
-Inspection Schemes", Biometrika 41, 1954).
+the errors look like.
 """
 
 from __future__ import annotations
@@ -21,16 +20,6 @@ KEPT = 100
 
 COVERED = 0.9
 """The share of tasks that take no more than predicted and the margin."""
-
-_LARGEST = 0.3
-"""A task that is off by a larger share counts as off by this one when a change is looked for."""
-
-_USUAL = 0.1
-"""An error of this share is no sign of a change."""
-
-_CHANGED = 0.5
-"""What errors beyond the usual one have to add up to: three tasks in a row, each off by 30 %."""
-
 
 _LEARNING = 3
 """Tasks that no margin counts, at first and after a change: the robot learns from them."""
@@ -63,30 +52,6 @@ class Outcome(NamedTuple):
         return min(self[1:]) > 0.0 and math.isfinite(sum(self))
 
 
-class _Shift:
-    """Finds errors that go to one side for several tasks, by the test of Page and Hinkley."""
-
-    def __init__(self) -> None:
-        self._sums = [0.0, 0.0]
-
-    def add(self, ratio: float) -> str:
-        """Take in what a task took, as a share of what was predicted.
-
-        Returns:
-            In words how much more or less tasks take now; empty if nothing has changed. Then the
-            test begins anew.
-        """
-        error = min(max(ratio - 1.0, -_LARGEST), _LARGEST)
-        self._sums = [
-            max(0.0, so_far + side * error - _USUAL)
-            for side, so_far in zip((1.0, -1.0), self._sums, strict=True)
-        ]
-        if max(self._sums) < _CHANGED:
-            return ""
-        self._sums = [0.0, 0.0]
-        return f"{abs(ratio - 1.0):.0%} {'more' if ratio > 1.0 else 'less'}"
-
-
 class TrackRecord:
     """A robot's last tasks, as predicted and as they were.
 
@@ -98,24 +63,15 @@ class TrackRecord:
     def __init__(self, outcomes: Iterable[Outcome] = (), settled: int = -_LEARNING) -> None:
         self.outcomes: deque[Outcome] = deque(outcomes, KEPT)
         self.settled = settled
-        self._time, self._energy = _Shift(), _Shift()
 
-    def add(self, outcome: Outcome) -> tuple[str, str]:
-        """Take in a task.
-
-        Returns:
-            In words what has changed in the time and in the energy of tasks; empty texts most of
-            the time.
-        """
+    def add(self, outcome: Outcome) -> None:
+        """Take in a task."""
         self.outcomes.append(outcome)
         self.settled += 1
-        time = self._time.add(outcome.time / outcome.predicted_time)
-        energy = self._energy.add(outcome.energy / outcome.predicted_energy)
-        if time or energy:
-            self.settled = -_LEARNING
-        return time and f"its tasks take {time} time than predicted", (
-            energy and f"its tasks draw {energy} energy than predicted"
-        )
+
+    def unsettle(self) -> None:
+        """Count no task so far for the margins: things have changed."""
+        self.settled = -_LEARNING
 
     @property
     def _counted(self) -> list[Outcome]:
@@ -140,7 +96,14 @@ class TrackRecord:
 
 
 def _quantile(scores: Iterable[float], otherwise: float) -> float:
-    """Return what a further score exceeds once in ten times; at least 0."""
+    """Return what a further score exceeds once in ten times; at least 0.
+
+    Between two scores it is interpolated: the next higher one would cover too much of few scores.
+    """
     ordered = sorted(scores)
-    place = math.ceil((len(ordered) + 1) * COVERED) - 1
-    return max(0.0, ordered[place]) if place < len(ordered) else otherwise
+    place = (len(ordered) + 1) * COVERED - 1
+    if place > len(ordered) - 1:
+        return otherwise
+    below = math.floor(place)
+    lower, upper = ordered[below], ordered[min(below + 1, len(ordered) - 1)]
+    return max(0.0, lower + (place - below) * (upper - lower))

@@ -84,6 +84,7 @@ class Learning:
         self._predictor = Predictor(body, path_lengths, self.experience)
         self._predicted: _Predicted | None = None
         self._restore()
+        self._changes = tuple(self._learner.changes)
 
     @property
     def experience(self) -> Experience:
@@ -169,12 +170,19 @@ class Learning:
             known.most_energy,
             drawn,
         )
-        for change in self._learner.add(outcome):
-            self._talker.warn(
-                f"{self._id}: {change}; check its wheels, its load and the floor, or whether "
-                "somebody has changed the way"
-            )
+        self._learner.add(outcome)
+        self._tell_changes()
         self._keep()
+
+    def _tell_changes(self) -> None:
+        """Tell what has changed since the last time to who runs the robot."""
+        for change in self._learner.changes:
+            if change not in self._changes:
+                self._talker.warn(
+                    f"{self._id}: {change}; check its wheels, its load and the floor, and whether "
+                    "its ways have changed"
+                )
+        self._changes = tuple(self._learner.changes)
 
     def _now(self) -> _Begun:
         return _Begun(self._talker.world.now(), self._battery.charge_left)

@@ -37,7 +37,7 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "--runs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="How often, for cli, failover, flake and traffic.",
+    help="How often, for cli, failover, flake, learning and traffic.",
 )
 @click.option(
     "--schedules",

@@ -157,6 +157,11 @@ BENCHES: Mapping[str, Bench] = {
         "time [s] and memory [GB] of navigation, traffic and bids with a map of 4,000 x 4,000",
         "bench.large_map",
     ),
+    "learning": Bench(
+        "errors of predicted time and energy of tasks, by formula and learned [1], virtual time",
+        "bench.learning",
+        options=("runs",),
+    ),
     "localization": Bench(
         "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
         "bench.localization",
