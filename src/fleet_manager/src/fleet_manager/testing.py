@@ -40,6 +40,7 @@ class FakeLink:
         on_set_state: Called with each of them.
         known_places: The named places of the building.
         radii: How close the middle of each robot may come to what is blocked [m].
+        learned: What the parameter `learned` of each robot holds.
         maps: Every file that the map server was to read.
         on_change_map: Called with each of them.
         wrong: What members and nodes say is wrong.
@@ -59,6 +60,7 @@ class FakeLink:
         self.on_set_state: Callable[[str, str], None] = lambda _robot, _word: None
         self.known_places: dict[str, Pose] = {}
         self.radii: dict[str, float] = {}
+        self.learned: dict[str, object] = {}
         self.maps: list[Path] = []
         self.on_change_map: Callable[[Path], None] = lambda _path: None
         self.wrong: tuple[str, ...] = ()
@@ -124,6 +126,10 @@ class FakeLink:
     def radius_of(self, robot: str) -> float | None:
         """Return the robot's radius of `radii`."""
         return self.radii.get(robot)
+
+    def learned_of(self, robot: str) -> object:
+        """Return the robot's content of `learned`."""
+        return self.learned.get(robot)
 
     def change_map(self, path: Path) -> None:
         """Record a file, and let the test's map server answer."""

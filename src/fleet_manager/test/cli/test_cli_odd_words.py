@@ -24,6 +24,8 @@ LINES = (
     "traffic --json",
     "zone close aisle",
     "zone open aisle",
+    "learned robot1 --json",
+    "learned robot1 --forget --yes",
     "run smoke --wait --timeout 3",
     "load --at-once 2 --per-hour 60 --minutes 1 --mix GA=1,GPA=2 --seed 3",
     "world check lab",

@@ -13,13 +13,27 @@ from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
 
+LEARNED = {"duration": 41.2, "formula_duration": 55.0, "formula_energy_cost": 0.025}
 NEAR = Bid(
-    "robot1", "T7", 0.52, eta=300.0, terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0, added_charge=0.02)
+    *("robot1", "T7", 0.52),
+    eta=300.0,
+    terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0, added_charge=0.02),
+    learned_from=34,
+    **LEARNED,
 )
 SOON = Bid(
-    "robot2", "T7", 0.71, eta=30.0, terms=CostTerms(0.03, 38.0, 2, 12.0, 30.0, added_charge=0.03)
+    *("robot2", "T7", 0.71),
+    eta=30.0,
+    terms=CostTerms(0.03, 38.0, 2, 12.0, 30.0, added_charge=0.03),
+    duration=20.0,
 )
-EMPTY = Bid("robot3", "T7", MAX_COST, reason="its charge would fall to 8%", exclusion="charge")
+EMPTY = Bid(
+    *("robot3", "T7", MAX_COST),
+    reason="its charge would fall to 8%",
+    exclusion="charge",
+    learned_from=34,
+    **LEARNED,
+)
 
 EXCHANGED = "exchanged: T5 from robot1 to robot2, T9 from robot2 to robot1"
 
@@ -64,9 +78,25 @@ def test_why_tells_the_last_decision_with_all_bids_the_cheapest_first(hive):
     assert [line.split()[0] for line in lines[1:]] == ["ROBOT", "robot1", "robot2", "robot3"]
     assert lines[2].split() == [
         "robot1", "0.52", "8.2", "m", "1", "0.020", "Ah", "39.5", "Ah", "300", "s",
+        "41", "s", "34", "drives;", "formula:", "55", "s,", "0.025", "Ah",
     ]  # fmt: skip
     assert lines[4].endswith("its charge would fall to 8%")
     assert err == "1 earlier: hive why T7 --all\n"
+
+
+@pytest.mark.parametrize("words", [("why", "T7"), ("replay", "T7", "--model", "time")])
+def test_each_prediction_is_told_with_what_it_was_made_by_but_not_of_a_robot_that_cannot(
+    hive, words
+):
+    _, out, _ = hive(*words)
+
+    head, *rows = out.splitlines()[1:]
+    first, last = head.index("TASK ALONE"), head.index("REASON")
+    assert {row.split()[0]: row[first:last].strip().split(maxsplit=2) for row in rows} == {
+        "robot1": ["41", "s", "34 drives; formula: 55 s, 0.025 Ah"],
+        "robot2": ["20", "s", "formula"],
+        "robot3": ["–", "–"],
+    }
 
 
 def test_why_and_replay_tell_that_a_task_was_exchanged_whatever_was_bid(hive):

@@ -1,23 +1,35 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the details of a task say about its bids."""
 
+from dataclasses import replace
+
+import pytest
+
 from blackboard.costing.bid_basis import Bids
-from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskType
-from fleet_manager.client.bids import HEADS, BidBook, bid_cells, story
+from fleet_manager.client.bids import HEADS, BidBook, bid_cells, predicted_by, story, task_alone
 from hive_common.pose import Pose
 
 RECORD = TaskRecord(Task("T1", TaskType.GPA, (Pose(0.0, 0.0),), payload=40.0))
-ABLE = Bid("robot1", "T1", 0.52, 0.02, 300.0, terms=CostTerms(0.02, 39.5, 2, 8.25, 300.0))
-EMPTY = Bid("robot2", "T1", MAX_COST, reason="too empty", exclusion=Exclusion.CHARGE)
+ABLE = Bid(
+    *("robot1", "T1", 0.52, 0.02, 300.0),
+    terms=CostTerms(0.02, 39.5, 2, 8.25, 300.0),
+    learned_from=34,
+    duration=41.0,
+    formula_duration=55.0,
+    formula_energy_cost=0.025,
+)
+EMPTY = replace(ABLE, robot_id="robot2", cost=MAX_COST, reason="too empty", exclusion="charge")
 
 
 def test_a_bid_is_shown_with_its_terms():
     cells = bid_cells(ABLE, "robot1")
 
     assert cells == (
-        "robot1 (has it)", "0.5", "+8.25 m", "2", "0.020 Ah", "39.500 Ah", "5 min 00 s", "",
+        "robot1 (has it)", "0.5", "+8.25 m", "2", "0.020 Ah", "39.500 Ah", "5 min 00 s",
+        "41 s", "34 drives; formula: 55 s, 0.025 Ah", "",
     )  # fmt: skip
     assert len(cells) == len(HEADS)
 
@@ -27,6 +39,23 @@ def test_a_robot_that_cannot_is_shown_with_its_reason_and_no_terms():
 
     assert (cells[0], cells[-1]) == ("robot2", "too empty")
     assert set(cells[2:-1]) == {"–"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "alone", "by"),
+    [
+        ({"learned_from": 1}, "41 s", "1 drive; formula: 55 s, 0.025 Ah"),
+        ({"learned_from": 0}, "41 s", "formula"),
+        ({"formula_duration": 0.0}, "41 s", "34 drives"),
+        ({"duration": 0.0}, "–", "–"),
+        ({"cost": MAX_COST}, "–", "–"),
+    ],
+    ids=["learned", "by the formula", "formula not stated", "nothing stated", "refused"],
+)
+def test_a_prediction_is_told_with_what_it_was_made_by(changes, alone, by):
+    bid = replace(ABLE, **changes)
+
+    assert (task_alone(bid), predicted_by(bid)) == (alone, by)
 
 
 def test_it_is_told_how_often_a_task_was_offered_assigned_and_tried():

@@ -9,6 +9,7 @@ import yaml
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.ros.codec.tables import WIRES
+from fleet_manager.errors import NoHiveError
 from fleet_manager.ros import client_link, hive_topics
 from hive_common.pose import Pose
 from hive_common.resources import find_file
@@ -97,3 +98,25 @@ def test_how_wide_a_robot_is_comes_from_its_model_and_is_unknown_without_one(mon
     assert link.radius_of("robot1") == pytest.approx(0.29, abs=0.005)
     assert link.radius_of("robot2") is None
     assert link.radius_of("robot3") is None
+
+
+def test_what_a_robot_has_learned_comes_from_its_parameter_whatever_that_holds(monkeypatch):
+    held = {"robot1/learned": {"clipped": 3}, "robot2/learned": "odd"}
+    monkeypatch.setattr(client_link.rospy, "get_param", held.get)
+    link = client_link.RosClientLink.__new__(client_link.RosClientLink)  # it needs no topics
+
+    assert link.learned_of("robot1") == {"clipped": 3}
+    assert link.learned_of("robot2") == "odd"
+    assert link.learned_of("robot3") is None
+
+
+@pytest.mark.parametrize("error", [OSError("refused"), client_link.rospy.ROSException("refused")])
+def test_a_master_that_is_gone_is_said_where_it_would_tell_what_was_learned(monkeypatch, error):
+    def get_param(_name, _default):
+        raise error
+
+    monkeypatch.setattr(client_link.rospy, "get_param", get_param)
+    link = client_link.RosClientLink.__new__(client_link.RosClientLink)  # it needs no topics
+
+    with pytest.raises(NoHiveError, match=r"what robot1 has learned: refused; start it again"):
+        link.learned_of("robot1")

@@ -52,6 +52,7 @@ _MODULES = MappingProxyType(
         "load": "load",
         "world": "world",
         "map": "map",
+        "learned": "learned",
         "fault": "fault",
     }
 )

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
 
 HEADS = (
-    "Robot", "Cost (0 to 1000)", "Way", "Place", "Charge", "Charge left", "Done in", "Why not",
-)  # fmt: skip
+    *("Robot", "Cost (0 to 1000)", "Way", "Place", "Charge", "Charge left", "Done in"),
+    *("Task alone", "Predicted by", "Why not"),
+)
 """The heads of the columns of `bid_cells`."""
 
 
@@ -74,8 +75,36 @@ def bid_cells(bid: Bid, holder: str) -> tuple[str, ...]:
         formats.charge_used(bid.energy_cost) if bid.is_able else formats.UNKNOWN,
         formats.charge_used(terms.charge_left) if terms else formats.UNKNOWN,
         formats.duration(bid.eta) if bid.is_able else formats.UNKNOWN,
+        task_alone(bid),
+        predicted_by(bid),
         bid.reason,
     )
+
+
+def task_alone(bid: Bid) -> str:
+    """Return how long the task itself takes the robot, by its prediction."""
+    return formats.duration(bid.duration) if _is_stated(bid) else formats.UNKNOWN
+
+
+def predicted_by(bid: Bid) -> str:
+    """Return what time and charge of the task itself were predicted by, in words.
+
+    Where they were learned, that says what the formula would have predicted.
+    """
+    if not _is_stated(bid):
+        return formats.UNKNOWN
+    if not bid.learned_from:
+        return "formula"
+    drives = formats.counted(bid.learned_from, "drive")
+    if not bid.formula_duration:
+        return drives
+    time, charge = bid.formula_duration, bid.formula_energy_cost
+    return f"{drives}; formula: {formats.duration(time)}, {formats.charge_used(charge)}"
+
+
+def _is_stated(bid: Bid) -> bool:
+    """Return whether a bid says what the task itself takes; older ones and refusals do not."""
+    return bid.is_able and bid.duration > 0.0
 
 
 def story(record: TaskRecord, auctions: int) -> str:

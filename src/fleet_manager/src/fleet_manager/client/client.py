@@ -115,6 +115,15 @@ class ClientLink(Protocol):
     def radius_of(self, robot: str) -> float | None:
         """Return how close a robot's middle may come to what is blocked [m]; None if unknown."""
 
+    def learned_of(self, robot: str) -> object:
+        """Return what a robot's parameter `learned` holds; see `SavedExperience`.
+
+        It may hold anything, and is None where the robot has no such parameter.
+
+        Raises:
+            NoHiveError: Nobody answers who would know.
+        """
+
     def change_map(self, path: Path) -> None:
         """Have the map server read a file.
 
@@ -320,13 +329,18 @@ class HiveClient:
             NoHiveError: Neither a robot nor a blackboard was heard.
             NotDoneError: There is no such robot, or it is not heard.
         """
+        row = self.find_robot(name)
+        if row.is_silent:
+            raise NotDoneError(f"{name} is offline: {row.reason or 'not heard'}")
+        return row
+
+    def find_robot(self, name: str) -> RobotRow:
+        """Do the same, also for a robot that is not heard any more."""
         self.fetch_robots()
         row = self.state.robots.get(name)
         if row is None:
             known = ", ".join(sorted(self.state.robots, key=natural)) or "none"
             raise NotDoneError(f"no robot {name}; there are: {known}")
-        if row.is_silent:
-            raise NotDoneError(f"{name} is offline: {row.reason or 'not heard'}")
         return row
 
     def command(self, robot: str, word: str) -> RobotRow:
@@ -352,17 +366,26 @@ class HiveClient:
         def obeyed() -> bool:
             return row() is not told and _is_so(row(), word)
 
-        if _is_so(told, word):  # it gives no sign that it has heard: let the word arrive
-            self.link.set_state(robot, word)
-            self._pump(lambda: False, REPEAT_EVERY)
-        self._repeat(lambda: self.link.set_state(robot, word), obeyed)
-        if not obeyed():
+        if not self.tell(robot, word, obeyed, is_so=_is_so(told, word)):
             now = row()
             because = f": {now.reason}" if now.reason else ""
             raise NotDoneError(
                 f"{robot} is still {now.state.name.lower()}{because}; its log says why"
             )
         return row()
+
+    def tell(
+        self, robot: str, word: str, obeyed: Callable[[], bool], *, is_so: bool = False
+    ) -> bool:
+        """Give a robot a word on `set_state` until it obeys; return whether it has.
+
+        Where everything `is_so` already, the robot gives no sign that it has heard.
+        """
+        if is_so:  # let the word arrive
+            self.link.set_state(robot, word)
+            self._pump(lambda: False, REPEAT_EVERY)
+        self._repeat(lambda: self.link.set_state(robot, word), obeyed)
+        return obeyed()
 
     def fetch_traffic(self) -> TrafficState:
         """Wait for the traffic planner's word, and return it.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from blackboard.domain.bid import ranked
 from blackboard.domain.task import TaskState, TaskType
+from fleet_manager.client.bids import predicted_by, task_alone
 from fleet_manager.client.formats import UNKNOWN, duration, member, natural
 from fleet_manager.client.leadership import Standing
 from fleet_manager.client.traffic import place_rows, wait_rows
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "DONE IN", "REASON")
-_BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REASON")
+_BID_HEAD = (
+    *("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN"),
+    *("TASK ALONE", "PREDICTED BY", "REASON"),
+)
 _PART_HEAD = ("PART", "ROBOT", "REASON")
 _WAIT_HEAD = ("ROBOT", "WAITS FOR", "PLACE", "FOR")
 _SLOW_HEAD = ("SLOW PLACE", "WHERE", "WAITED", "WAITS")
@@ -40,7 +44,7 @@ def tasks_table(rows: Iterable[TaskRow], now: float, robots: Mapping[str, RobotR
         now: The hive's time [s].
         robots: The robots that are known, by name.
     """
-    return _table(_TASK_HEAD, [_task_row(row, now, reason(row, robots)) for row in rows])
+    return aligned(_TASK_HEAD, [_task_row(row, now, reason(row, robots)) for row in rows])
 
 
 def _task_row(row: TaskRow, now: float, why: str) -> tuple[str, ...]:
@@ -91,7 +95,7 @@ def age(row: TaskRow, now: float) -> str:
 
 def robots_table(rows: Iterable[RobotRow]) -> list[str]:
     """Return a table of robots with a line of headings."""
-    return _table(_ROBOT_HEAD, [_robot_row(row) for row in rows])
+    return aligned(_ROBOT_HEAD, [_robot_row(row) for row in rows])
 
 
 def _robot_row(row: RobotRow) -> tuple[str, ...]:
@@ -115,29 +119,29 @@ def maps_table(used: Mapping[str, MapId], leaders: MapId | None) -> list[str]:
         is_odd = leaders is not None and each.differs(leaders)
         remark = "not the leader's: gets no tasks" if is_odd else ""
         rows.append((robot, each.name or UNKNOWN, each.checksum or UNKNOWN, remark))
-    return _table(_MAP_HEAD, rows)
+    return aligned(_MAP_HEAD, rows)
 
 
 def waits_table(state: TrafficState) -> list[str]:
     """Return a table of the robots that wait, the longest first."""
-    return _table(_WAIT_HEAD, wait_rows(state))
+    return aligned(_WAIT_HEAD, wait_rows(state))
 
 
 def slow_places_table(state: TrafficState) -> list[str]:
     """Return a table of the places where robots have waited, the slowest first."""
-    return _table(_SLOW_HEAD, place_rows(state))
+    return aligned(_SLOW_HEAD, place_rows(state))
 
 
 def bids_table(bids: Iterable[Bid]) -> list[str]:
     """Return a table of the bids on one task, the cheapest first."""
-    return _table(_BID_HEAD, [_bid_row(bid) for bid in ranked(bids)])
+    return aligned(_BID_HEAD, [_bid_row(bid) for bid in ranked(bids)])
 
 
 def _bid_row(bid: Bid) -> tuple[str, ...]:
-    terms = bid.terms
+    terms, alone = bid.terms, (task_alone(bid), predicted_by(bid))
     if not bid.is_able or terms is None:
         known = f"{bid.cost:.2f}" if bid.is_able else UNKNOWN
-        return (bid.robot_id, known, *[UNKNOWN] * 5, bid.reason)
+        return (bid.robot_id, known, *[UNKNOWN] * 5, *alone, bid.reason)
     return (
         bid.robot_id,
         f"{bid.cost:.2f}",
@@ -146,6 +150,7 @@ def _bid_row(bid: Bid) -> tuple[str, ...]:
         f"{terms.energy_charge:.3f} Ah",
         f"{terms.charge_left:.1f} Ah",
         f"{terms.eta:.0f} s",
+        *alone,
         bid.reason,
     )
 
@@ -164,7 +169,7 @@ def parts_table(decisions: Mapping[str, Decision]) -> list[str]:
     rows = [
         (part, decision.winner or UNKNOWN, decision.reason) for part, decision in decisions.items()
     ]
-    return _table(_PART_HEAD, rows)
+    return aligned(_PART_HEAD, rows)
 
 
 def who_leads(state: HiveState, wall: float, now: float) -> str:
@@ -259,7 +264,7 @@ def _pose_data(pose: Pose) -> dict[str, float]:
     return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Return lines with aligned columns; the last column has no limit."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     lines = (

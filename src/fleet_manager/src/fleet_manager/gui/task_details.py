@@ -38,7 +38,7 @@ class TaskDetails(QDialog):
         desk.changed.connect(self._follow)
         self._show()
         width = self.fontMetrics().averageCharWidth()
-        self.resize(110 * width, 34 * self.fontMetrics().lineSpacing())
+        self.resize(140 * width, 34 * self.fontMetrics().lineSpacing())
 
     def _follow(self, changes: Changes) -> None:
         if self._task_id in changes.tasks:

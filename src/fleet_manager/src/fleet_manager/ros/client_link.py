@@ -189,6 +189,20 @@ class RosClientLink:
         except (rospy.ROSException, KeyError, OSError, BlackboardError):
             return None
 
+    def learned_of(self, robot: str) -> object:
+        """Return what a robot's parameter `learned` holds, None if it has none.
+
+        Raises:
+            NoHiveError: The ROS master no longer answers.
+        """
+        try:
+            return rospy.get_param(f"{robot}/learned", None)
+        except (rospy.ROSException, OSError) as error:
+            raise NoHiveError(
+                f"the ROS master at {rosgraph.get_master_uri()} does not tell what {robot} has "
+                f"learned: {error}; start it again if it has ended"
+            ) from None
+
     def change_map(self, path: Path) -> None:
         """Call the map server's service `change_map`; see `ClientLink.change_map`."""
         change_map(path)
