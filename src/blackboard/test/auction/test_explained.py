@@ -86,7 +86,10 @@ def random_task(draw, name):
 def test_a_robot_that_does_not_get_the_task_is_told_with_the_bid_that_it_would_make(model, seed):
     draw = random.Random(seed)
     heavy = replace(SMALL_ROBOT, mass=60.0, max_speed=0.3)
-    hall = Hall(basis(model), basis(model, body=heavy), waiting=random_task(draw, "T"))
+    learned = draw.choice([(), (2.0, 1.4, 0.6, 1.1, 0.8, 1.2, 0.9, 0.5, 0.05, 7.0)])
+    hall = Hall(
+        basis(model), basis(model, body=heavy, pace=learned), waiting=random_task(draw, "T")
+    )
     listed = [random_task(draw, f"L{number}") for number in range(draw.randint(0, 5))]
     listed.sort(key=lambda task: -task.priority)
     hall.listed("robot2", *listed, at_work=draw.random() < 0.5 and bool(listed))
@@ -97,6 +100,10 @@ def test_a_robot_that_does_not_get_the_task_is_told_with_the_bid_that_it_would_m
     assert asdict(told.terms) == pytest.approx(asdict(own.terms))
     assert (told.cost, told.eta) == pytest.approx((own.cost, own.eta))
     assert told.energy_cost == pytest.approx(own.energy_cost)
+    assert told.learned_from == own.learned_from
+    assert told.duration == pytest.approx(own.duration)
+    assert told.formula_duration == pytest.approx(own.formula_duration)
+    assert told.formula_energy_cost == pytest.approx(own.formula_energy_cost)
 
 
 def test_the_robot_that_gets_the_task_is_told_with_the_place_that_it_has():

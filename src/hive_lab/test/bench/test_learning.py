@@ -15,7 +15,7 @@ from hive_lab.bench.learning import (
 
 
 def outcome(time, energy=100.0):
-    """Return a task predicted as 10 s and 100 J, with margins 12 s and 110 J, and as 20 and 200."""
+    """Return a task predicted as 10 s and 100 J, at most 12 and 110, by the formula 20 and 200."""
     return Outcome(0.0, 20.0, 10.0, 12.0, time, 200.0, 100.0, 110.0, energy)
 
 
@@ -50,7 +50,7 @@ def test_errors_are_as_before_once_half_of_ten_tasks_are(after, tasks):
 
 
 @pytest.mark.parametrize("learns", [True, False])
-def test_robots_learn_unless_they_forget_at_every_step(learns):
+def test_robots_predict_by_what_they_learn_unless_they_learn_nothing(learns):
     run = measure(FIXED_SEED, robots=4, tasks=12, learns=learns)
 
     assert len(run.done_after) == 12

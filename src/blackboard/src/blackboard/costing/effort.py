@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from blackboard.costing.cost import friction_force
-from blackboard.costing.experience import Experience
+from blackboard.costing.experience import Experience, by_formula
 from blackboard.domain.task import StepKind, load_during, split_task
 
 if TYPE_CHECKING:
@@ -141,6 +141,27 @@ class Job:
         return Effort(
             distance + rest_distance, energy + rest_energy, duration + rest_duration, end
         )
+
+
+def by_the_formula(
+    robot: RobotCharacteristics, task: Task, first_step: int, approach: float, rest: float
+) -> tuple[float, float]:
+    """Return duration [s] and energy [J] of a task, or the rest of it, without any look at a map.
+
+    Args:
+        robot: What the robot is.
+        task: What it does.
+        first_step: The first step that is still to be done.
+        approach: The length of the path to where that begins [m].
+        rest: The length of all further paths [m].
+    """
+    steps = split_task(task)[first_step:]
+    arm = sum(robot.arm_time(step.kind) for step in steps)
+    duration = (approach + rest) * by_formula(robot.max_speed).per_metre + arm
+    loads = load_during(task, first_step), load_during(task, first_step + len(steps) - 1)
+    forces = [friction_force(robot.friction_coefficient, robot.mass + load) for load in loads]
+    driving = forces[0] * approach + forces[1] * rest
+    return duration, driving + robot.arm_power * arm + robot.idle_power * duration
 
 
 def charge_to_reach(

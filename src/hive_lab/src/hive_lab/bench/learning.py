@@ -4,7 +4,7 @@
 Ten robots do 500 random tasks in the hall, with a traffic planner, on virtual time. When half of
 the tasks have ended, a wheel of one robot wears and an aisle is closed. One seed is always the
 same; nobody has tuned anything on the others, which are drawn anew. The same tasks are done once
-more by robots that forget at every step.
+more by robots that learn nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.learning_hall import WORN, LearningHall
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -100,7 +100,7 @@ def run(runs: int = DRAWN, robots: int = ROBOTS, tasks: int = TASKS) -> BenchRes
 
 
 def measure(seed: int, robots: int, tasks: int, learns: bool) -> Run:
-    """Do the tasks of a seed; robots that do not learn forget at every step."""
+    """Do the tasks of a seed, with robots that learn from their steps or do not."""
     hall, result = LearningHall(robots, seed), Run()
     posted: dict[str, float] = {}
 
@@ -113,15 +113,19 @@ def measure(seed: int, robots: int, tasks: int, learns: bool) -> Run:
         posted.setdefault(update.task_id, now)
         if update.state is TaskState.DONE:
             result.done_after.setdefault(update.task_id, now - posted[update.task_id])
-        if update.robot_id and not learns:
-            hall.fleet.robots[update.robot_id].learning.forget()
 
     for name, robot in hall.fleet.robots.items():
         robot.learning.tell_to(partial(note, name))
+        if not learns:
+            robot.learning.time_step = _learn_nothing  # type: ignore[assignment, method-assign]
     hall.run(tasks, hear, limit=LIMIT, changes=True)
     result.changed = tasks // 2
     result.collisions = hall.bodies.simulation.collisions
     return result
+
+
+def _learn_nothing(*_: object) -> Callable[[], None]:
+    return lambda: None
 
 
 def _before(run: Run) -> list[Outcome]:

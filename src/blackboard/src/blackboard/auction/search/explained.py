@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 from blackboard.auction.search.offers import MOST
 from blackboard.costing.bidding import no_path, refused
 from blackboard.costing.cost import COST_MODELS
+from blackboard.costing.effort import by_the_formula
+from blackboard.costing.experience import Experience
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.task import step_to_go_on
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,6 +43,7 @@ class Explainer:
         bases = [surveyed.bases[name] for name in surveyed.robots]
         self._bodies = [basis.body for basis in bases]
         self._models = [COST_MODELS[basis.cost_model] for basis in bases]
+        self._drives = [int(Experience(basis.body, basis.pace).learned.drives) for basis in bases]
         self._batteries = [Battery(basis.body.battery, basis.charge) for basis in bases]
         names = zip(surveyed.robots, found.plan, strict=True)
         self._takers = {task: name for name, row in names for task in row}
@@ -95,8 +99,27 @@ class Explainer:
         )
         # What a plan gives to a robot is never too much for it, whatever its cost model says.
         cost = min(self._models[robot].cost(terms), _MOST)
-        name, task_id = surveyed.robots[robot], surveyed.records[index].task.id
-        return Bid(name, task_id, cost, terms.energy_charge, eta, terms=terms)
+        record, kind = surveyed.records[index], surveyed.problem.kind[robot]
+        duration = surveyed.problem.leg[kind, before, index] + surveyed.problem.own[kind, index]
+        formula, energy = by_the_formula(
+            self._bodies[robot],
+            record.task,
+            step_to_go_on(record.task, record.step),
+            float(lengths[start, index]),
+            float(surveyed.own_lengths[robot][index]),
+        )
+        return Bid(
+            surveyed.robots[robot],
+            record.task.id,
+            cost,
+            terms.energy_charge,
+            eta,
+            terms=terms,
+            learned_from=self._drives[robot],
+            duration=float(duration),
+            formula_duration=formula,
+            formula_energy_cost=battery.charge_for(energy),
+        )
 
     def _refusal(self, index: int, robot: int) -> Bid:
         """Return the bid of a robot on whose list a task cannot go."""
