@@ -276,6 +276,18 @@ def test_a_slower_floor_is_noticed_and_a_delay_now_and_then_is_not():
     assert learner.changes == ["after 20 drives: tasks take 50% more time than predicted"]
 
 
+def test_where_errors_are_usually_large_more_of_them_are_needed_to_be_a_change():
+    learner = learner_after(20)
+    chance = random.Random(3)
+    for _ in range(300):
+        learner.learn_energy(300.0, 300.0, 600.0 * chance.uniform(0.8, 1.2))
+
+    assert learner.changes == []
+    for _ in range(12):
+        learner.learn_energy(300.0, 300.0, 900.0 * chance.uniform(0.8, 1.2))
+    assert len(learner.changes) == 1
+
+
 def test_after_a_change_it_learns_anew_and_counts_no_old_task_for_its_margins():
     learner = learner_after(100)
     for _ in range(40):
@@ -306,8 +318,7 @@ def test_at_first_nothing_counts_as_a_change():
 
 def test_only_the_last_changes_are_kept():
     learner = learner_after(20)
-    for number in range(15):
-        for _ in range(11):
-            learner.add(outcome(time=40.0 if number % 2 else 10.0))
+    for time in ([20.0] * 8 + [40.0] * 3) * 15:
+        learner.add(outcome(time=time))
 
     assert len(learner.changes) == CHANGES_KEPT

@@ -33,14 +33,11 @@ _OF_TIME = (4.0, 1.0, 1.0)
 _OF_ENERGY = (0.5, 0.5)
 """How far off it may be in what friction draws, and in what all else draws."""
 
-_TIME_SPREAD, _ENERGY_SPREAD = 0.1, 0.02
+_TIME_SPREAD, _ENERGY_SPREAD = 0.1, 0.05
 """By which share a step differs from the next one like it."""
 
-_TIME_SHIFT = 0.1, 0.3, 0.5
-"""What is a change in the time of tasks, see `Shift`: three in a row that are off by 30 %."""
-
-_ENERGY_SHIFT = 0.02, 0.1, 0.12
-"""What is a change in the energy of steps: two steps in a row that are off by 8 %. No step
+_USUAL_TIME, _USUAL_ENERGY = 0.1, 0.02
+"""Errors of the time of tasks, and of the energy of steps, that are no sign of a change. No step
 draws more because it was held up: what was drawn is compared with the time that it took."""
 
 _OF_OTHERS = 0.1
@@ -87,7 +84,7 @@ class Learner:
             StepKind.PLACE: Regression((learned.place,), _OF_ARM, _TIME_SPREAD),
         }
         self._drives = learned.drives
-        self._time_shift, self._energy_shift = Shift(*_TIME_SHIFT), Shift(*_ENERGY_SHIFT)
+        self._time_shift, self._energy_shift = Shift(_USUAL_TIME), Shift(_USUAL_ENERGY)
         self._terms = np.zeros(SHARES)
         self._drawn, self._smallest, self._is_coarse = 0.0, math.inf, False
         self.experience.use(learned)

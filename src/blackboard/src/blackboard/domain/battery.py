@@ -52,6 +52,9 @@ class Battery:
         CharacteristicsError: The charge is outside its range.
     """
 
+    IS_MEASURED = False
+    """Whether the robot tells how full it is; otherwise that is reckoned by the formula."""
+
     def __init__(self, model: BatteryModel, charge: float = 1.0) -> None:
         if not 0.0 <= charge <= 1.0:
             raise CharacteristicsError(f"battery: charge is {charge!r}; allowed: from 0 to 1")
@@ -112,6 +115,8 @@ class Battery:
 
 class MeasuredBattery(Battery):
     """A battery whose robot tells how full it is, so nothing has to be worked out."""
+
+    IS_MEASURED = True
 
     def measure(self, level: float) -> None:
         """Take over a level from 0 to 1."""

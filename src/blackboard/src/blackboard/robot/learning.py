@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -131,15 +132,18 @@ class Learning:
                 distance, delay = self._path_lengths.length_and_delay(start, step.goal)
                 self._learner.learn_drive(start, step.goal, distance, taken, delay)
                 force = friction_force(self._body.friction_coefficient, self._body.mass + load)
-                if start.distance_to(step.goal) <= distance < float("inf"):
-                    power = self._body.idle_power * taken
-                    self._learner.learn_energy(force * distance, power, drawn)
+                self._learn_energy(force * distance, self._body.idle_power * taken, drawn)
             else:
                 self._learner.learn_arm(step.kind, taken)
-                power = (self._body.arm_power + self._body.idle_power) * taken
-                self._learner.learn_energy(0.0, power, drawn)
+                power = self._body.arm_power + self._body.idle_power
+                self._learn_energy(0.0, power * taken, drawn)
 
         return done
+
+    def _learn_energy(self, friction: float, power: float, drawn: float) -> None:
+        # What is reckoned by the formula says nothing about the formula.
+        if self._battery.IS_MEASURED and math.isfinite(friction):
+            self._learner.learn_energy(friction, power, drawn)
 
     def begin_task(self, task: Task, step: int, here: Pose) -> None:
         """Note what is predicted of a task that begins, or goes on, with a step."""
