@@ -11,6 +11,7 @@ from blackboard.costing.experience import (
     LEAST,
     MEAN_SPEED_SHARE,
     MOST,
+    TIME_MARGIN,
     Experience,
     Learned,
     by_formula,
@@ -76,6 +77,15 @@ def test_no_share_is_far_from_the_formula(told, used):
 
     learned = experience.learned
     assert (learned.friction, learned.power, learned.pick) == (used, used, used)
+
+
+def test_margins_and_drives_have_limits():
+    odd = LEARNED._replace(time_margin=1e12, energy_margin=-1.0, drives=1e12)
+
+    learned = Experience(SMALL_ROBOT, odd).learned
+
+    assert (learned.time_margin, learned.energy_margin) == (10.0 * TIME_MARGIN, 0.0)
+    assert learned.drives == 1e6
 
 
 def test_what_takes_no_time_and_what_takes_forever_stay_so():

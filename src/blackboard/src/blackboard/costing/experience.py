@@ -73,6 +73,11 @@ class Learned(NamedTuple):
 TIME_MARGIN, ENERGY_MARGIN = 3.0, 0.6
 """The margins of the formula: of twenty tasks it predicts about one even worse."""
 
+_MOST_MARGINS = 10.0
+"""A margin is at most so many times the formula's."""
+
+_MOST_DRIVES = 1e6
+
 TIMES = 3
 """How many numbers of `Learned` are times of drives; older robots tell these only."""
 
@@ -109,16 +114,18 @@ class Experience:
         self.use(Learned(*told, *self._formula[len(told) :]))
 
     def use(self, learned: Learned) -> None:
-        """Predict by some numbers from now on; shares are kept within their limits."""
+        """Predict by some numbers from now on; all but times are kept within their limits."""
         shares = {
             name: min(max(getattr(learned, name), LEAST), MOST)
             for name in ("friction", "power", "pick", "place")
         }
-        margins = {
-            name: max(0.0, getattr(learned, name))
-            for name in ("time_margin", "energy_margin", "drives")
+        limits = {
+            "time_margin": _MOST_MARGINS * TIME_MARGIN,
+            "energy_margin": _MOST_MARGINS * ENERGY_MARGIN,
+            "drives": _MOST_DRIVES,
         }
-        self.learned = learned._replace(**shares, **margins)
+        others = {name: min(max(getattr(learned, name), 0.0), limits[name]) for name in limits}
+        self.learned = learned._replace(**shares, **others)
 
     @property
     def is_formula(self) -> bool:
