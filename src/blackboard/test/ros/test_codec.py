@@ -31,13 +31,17 @@ HERE, THERE = Pose(1.0, 2.0, 3.0), Pose(4.0, 5.0, 6.0)
 TASK = Task("T1", TaskType.GPAB, (HERE, THERE), 7, 2.5, "map", 12.25, "desk 3", no_split=True)
 RECORD = TaskRecord(
     *(TASK, TaskState.STARTED, "robot1", 1, 8.0, "slow", "T0", 5, ("robot2",), 3.0, 2, 4),
-    *(9.5, 1.5, 2.5, "split"),
+    *(9.5, 1.5, 2.5, "split", 1.25),
 )
 TERMS = CostTerms(0.5, 7.0, 2, 11.0, 13.0, 17.0, 19.0, 0.25)
 BID = Bid(
     *("robot1", "T1", 300.0, 0.5, 13.0, "far", "T2", 20.0, 4.0),
     terms=TERMS,
     exclusion="payload",
+    learned_from=34,
+    duration=6.0,
+    formula_duration=8.0,
+    formula_energy_cost=0.75,
 )
 BODY = RobotCharacteristics(
     *(30.0, 20.0, 1.5, 0.02, 0.3, BatteryModel(10.0, 25.0, 20.0, 3600.0)),
@@ -59,7 +63,9 @@ FULL = {
     "ORDER": Order(TASK, "robot1", OrderKind.HAND_BACK_UNBEGUN, 1, 2, 3, 4.5, "hive", 6),
     "RECORD": RECORD,
     "UPDATE": TaskUpdate(
-        *("T1", TaskState.STARTED, "robot1", 1, 2, 3.5, 4, "slow", 5, 6.5), put_off_for="T9"
+        *("T1", TaskState.STARTED, "robot1", 1, 2, 3.5, 4, "slow", 5, 6.5),
+        put_off_for="T9",
+        eta_margin=1.25,
     ),
     "LIST": TaskList(2, 3, (RECORD,), "hive"),
     "BROADCAST": Broadcast(
