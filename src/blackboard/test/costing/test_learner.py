@@ -274,6 +274,10 @@ def test_a_slower_floor_is_noticed_and_a_delay_now_and_then_is_not():
         learner.add(outcome(time=30.0))
 
     assert learner.changes == ["after 20 drives: tasks take 50% more time than predicted"]
+    assert learner.news == learner.changes[-1]
+    for _ in range(23):
+        learner.add(outcome(time=20.0))
+    assert learner.news == ""
 
 
 def test_where_errors_are_usually_large_more_of_them_are_needed_to_be_a_change():

@@ -234,6 +234,17 @@ def test_an_operator_has_a_robot_forget():
     assert robot.learning.experience.is_formula
 
 
+def test_a_robot_tells_what_has_changed_with_its_status():
+    hive = Hive()
+    robot = hive.add_robot("robot1", HERE)
+    for number in range(11):
+        hive.commands["robot1"].duration = lambda _, late=number > 7: 30.0 if late else 10.0
+        hive.post(Task(f"T{number}", TaskType.GA, (Pose(6.0 * (-1) ** number, 0.0),)))
+        hive.network.run(40.0)
+
+    assert robot.status.reason.endswith("% more time than predicted")
+
+
 def test_a_report_tells_the_margin_that_nine_of_ten_tasks_keep():
     hive = Hive()
     robot = hive.add_robot("robot1", HERE)

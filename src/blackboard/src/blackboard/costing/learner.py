@@ -40,6 +40,9 @@ _USUAL_TIME, _USUAL_ENERGY = 0.1, 0.02
 """Errors of the time of tasks, and of the energy of steps, that are no sign of a change. No step
 draws more because it was held up: what was drawn is compared with the time that it took."""
 
+_NEWS = 20
+"""So many tasks after a change it is no news."""
+
 _OF_OTHERS = 0.1
 """How far off the experience of others may be, as a share of these."""
 
@@ -67,6 +70,11 @@ class Learner:
         self._body = body
         self.experience = Experience(body)
         self.forget()
+
+    @property
+    def news(self) -> str:
+        """What has changed within the last tasks, in words; empty if nothing has."""
+        return self.changes[-1] if self.changes and self.record.settled < _NEWS else ""
 
     def forget(self) -> None:
         """Predict by the formula again."""

@@ -15,7 +15,7 @@ TIMES, SHARES = 3, 2
 CHANGES_KEPT = 10
 _MOST = 1e10  # also in seconds since 1970
 
-_Count = Annotated[int, between(0, _MOST, "a number of drives")]
+_Count = Annotated[int, between(0, 1e9, "a number of drives")]
 
 
 def _square(size: int) -> Allowed:
@@ -47,7 +47,7 @@ class SavedExperience:
     """So many were predicted outside of the limits."""
     outcomes: tuple[_Row, ...] = ()
     """Each an `Outcome`, oldest first."""
-    settled: Annotated[int, between(-KEPT, _MOST, "a number of tasks")] = 0
+    settled: Annotated[int, between(-KEPT, 1e9, "a number of tasks")] = 0
     """See `TrackRecord.settled`."""
     changes: tuple[str, ...] = ()
     """What has changed, in words, oldest first."""

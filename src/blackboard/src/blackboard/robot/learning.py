@@ -92,6 +92,11 @@ class Learning:
         """What the robot predicts by."""
         return self._learner.experience
 
+    @property
+    def news(self) -> str:
+        """What has changed lately, in words; empty if nothing has."""
+        return self._learner.news
+
     def _restore(self) -> None:
         content = self._journal.load_experience()
         if content is None:

@@ -161,13 +161,19 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=self._service.reason or self._why_stopped() or self._missing or self.trouble,
+            reason=self._reason,
             tasks=tuple(entry.task.id for entry in self._schedule),
             sent=self._talker.now(),
             hive=self._filter.hive,
             carries=self._characteristics.carries,
             map=self.maps.told(self._filter.leaders_map),
         )
+
+    @property
+    def _reason(self) -> str:
+        """What there is to say about it; empty if all is well."""
+        stopped = self._service.reason or self._why_stopped() or self._missing
+        return stopped or self.trouble or self.learning.news
 
     @property
     def _missing(self) -> str:

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import threading
+from http.client import HTTPException
 from typing import TYPE_CHECKING
+from xmlrpc.client import Error as XmlRpcError
 
 import rospy
 
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 PARAMETER = "learned"
 _BODY = "characteristics"
+_NO_ANSWER = (OSError, HTTPException, XmlRpcError, rospy.ROSException)
+"""What is raised where the master does not answer, or answers something else."""
 
 
 class LearnedParameter:
@@ -57,7 +61,7 @@ class LearnedParameter:
                     return
             try:
                 rospy.set_param(self._names.of(PARAMETER), as_plain(saved))
-            except (OSError, rospy.ROSException) as error:
+            except _NO_ANSWER as error:
                 rospy.logdebug(f"{PARAMETER} was not written: {error}")
 
     def of_model(self) -> Iterator[SavedExperience]:
@@ -70,7 +74,7 @@ class LearnedParameter:
                     other = RobotNames(self._names.hive, robot)
                     if rospy.get_param(other.of(_BODY), None) == own:
                         yield from _read(other)
-        except (OSError, rospy.ROSException) as error:
+        except _NO_ANSWER as error:
             rospy.logwarn(f"nothing is known of what other robots have learned: {error}")
 
 
