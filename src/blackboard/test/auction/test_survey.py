@@ -74,6 +74,17 @@ def test_a_robot_with_little_charge_may_work_for_a_short_time_only():
     assert np.isfinite(found.problem.most[1])
 
 
+def test_the_margin_of_its_predictions_makes_that_time_shorter():
+    learned = (2.0, 1.4, 0.6, 1.0, 1.0, 1.0, 1.0, 0.0)
+    plain, careful = (
+        replace(basis(mass=mass), charge=0.12, pace=(*learned, margin, 9.0))
+        for mass, margin in ((50.0, 0.0), (50.001, 1.0))
+    )
+    found = surveyed(plain, careful, tasks=[(5000.0, 0.0)])
+
+    assert found.problem.most[1] == pytest.approx(found.problem.most[0] / 2.0, rel=1e-3)
+
+
 class FarLengths(EuclideanLengths):
     """Straight lines to places that somebody else has to look up first.
 

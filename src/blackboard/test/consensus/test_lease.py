@@ -280,6 +280,16 @@ def test_from_priority_8_on_every_step_has_a_deadline(task, allowed):
     assert overdue(deadlines, record, now=allowed + 0.1) == [("T2", allowed)]
 
 
+@pytest.mark.parametrize(("task", "allowed"), [(URGENT, 118.0), (ROUND, 276.0)])
+def test_the_margin_counts_twice_too_and_a_quarter_of_the_time_has_half_of_it(task, allowed):
+    deadlines = Deadlines(2.0, 60.0)
+    record = started(task, eta=100.0, step_eta=25.0, eta_margin=8.0)
+    overdue(deadlines, record, now=0.0)
+
+    assert not overdue(deadlines, record, now=allowed - 0.1)
+    assert overdue(deadlines, record, now=allowed + 0.1) == [("T2", pytest.approx(allowed))]
+
+
 def test_a_robot_that_predicts_nothing_is_never_overdue():
     deadlines = Deadlines(2.0, 60.0)
     overdue(deadlines, started(ROUND), now=0.0)

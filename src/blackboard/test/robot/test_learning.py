@@ -164,6 +164,8 @@ def test_a_change_is_told_to_who_runs_the_robot():
 def test_a_task_that_another_ends_says_nothing():
     bench = Bench()
     bench.learning.begin_task(CARRY, 0, HERE)
+    bench.network.run(30.0)
+    bench.battery.update_level(500.0)
     bench.learning.end_task("T2")
     bench.learning.end_task("T1")
 

@@ -49,9 +49,6 @@ _OF_OTHERS = 0.1
 _OF_ARM = (0.5,)
 """How far off it may be in how long the arm works, as a share."""
 
-_COARSE = 10.0
-"""Where the gauge is coarse, a robot learns from a drop this many times the smallest it shows."""
-
 
 class Learner:
     """What one robot learns.
@@ -94,7 +91,7 @@ class Learner:
         self._drives = learned.drives
         self._time_shift, self._energy_shift = Shift(_USUAL_TIME), Shift(_USUAL_ENERGY)
         self._terms = np.zeros(SHARES)
-        self._drawn, self._smallest, self._is_coarse = 0.0, math.inf, False
+        self._drawn = 0.0
         self.experience.use(learned)
 
     def restore(self, saved: SavedExperience) -> None:
@@ -154,7 +151,7 @@ class Learner:
     def learn_energy(self, friction: float, power: float, drawn: float) -> None:
         """Learn from what was drawn from the battery in some time, without charging [J].
 
-        A gauge may show whole percents only. Then several steps are taken together.
+        A gauge may show whole percents only. Steps are taken together until it has dropped.
 
         Args:
             friction: What friction draws by the formula for the distance that was driven [J].
@@ -165,12 +162,7 @@ class Learner:
             return
         self._terms += (friction, power)
         self._drawn += drawn
-        if drawn > 0.0:
-            self._smallest = min(self._smallest, drawn)
-        else:
-            self._is_coarse = True
-        enough = _COARSE * self._smallest if self._is_coarse else 0.0
-        if self._drawn > 0.0 and self._drawn >= enough:
+        if self._drawn > 0.0:
             ratio = self._energy.learn(self._terms.tolist(), self._drawn)
             self._terms[:], self._drawn = 0.0, 0.0
             if change := self._energy_shift.add(ratio):

@@ -58,10 +58,10 @@ class Regression:
         gain = self._covariance @ share / (self.FORGETTING * self._spread**2 + variance)
         self.values = self.values + gain * error
         left = self._covariance - np.outer(gain, share @ self._covariance)
-        # What never varies, such as a term of 0, must not become ever less certain.
-        limit = np.diag(np.square(self._uncertainty))
-        widened = left / self.FORGETTING
-        self._covariance = widened if np.trace(widened) <= np.trace(limit) else left
+        # A term that is never there must not become ever less certain.
+        forgets = np.diag(left) / self.FORGETTING <= np.square(self._uncertainty)
+        widen = np.where(forgets, self.FORGETTING**-0.5, 1.0)
+        self._covariance = left * np.outer(widen, widen)
         return total / expected if expected > 0.0 else 1.0
 
     def doubt(self) -> None:

@@ -307,7 +307,7 @@ class Controller:
             text = f"this robot has no command for {step.kind.name}"
             self._handle(Event.GAVE_UP, CommandResult(CommandState.REJECTED, text))
             return
-        self._timed = _nothing if state is State.RETURNING else self._time_step(step)
+        self._timed = self._time_step(step)
         self._started += 1
         number = self._started
         if state is not State.RETURNING:
