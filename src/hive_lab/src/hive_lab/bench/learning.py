@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 ROBOTS, TASKS = 10, 500
 FIXED_SEED = 1
-DRAWN = 3  # seeds drawn anew
+DRAWN = 2  # seeds drawn anew
 FIRST = 0.2  # the share of tasks with which robots only begin to learn
 LIMIT = 20_000.0  # simulated [s]
 WINDOW = 10  # tasks of all over which an error after the change is looked at
