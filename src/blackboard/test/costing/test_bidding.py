@@ -138,7 +138,7 @@ def test_a_low_battery_refuses_what_would_take_it_below_a_tenth():
     offer = bid(GO, charge=0.1001)
 
     assert offer.cost == MAX_COST
-    assert offer.reason == "its charge would fall to 10%; it keeps 10%"
+    assert offer.reason == "its charge could fall to 10%; it keeps 10%"
 
 
 def test_a_battery_just_above_the_tolerance_still_bids():

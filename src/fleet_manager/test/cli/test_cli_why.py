@@ -29,7 +29,7 @@ SOON = Bid(
 )
 EMPTY = Bid(
     *("robot3", "T7", MAX_COST),
-    reason="its charge would fall to 8%",
+    reason="its charge could fall to 8%",
     exclusion="charge",
     learned_from=34,
     **LEARNED,
@@ -45,7 +45,7 @@ WEAK = Bid("robot1", "T9", MAX_COST, reason="carries at most 100 kg, not 300 kg"
 def hive(tmp_path, capsys):
     """Run the command line on a folder with two recorded decisions on T7."""
     book = SqliteBook(tmp_path / f"blackboard{ENDING}")
-    reason = "nobody can take it now: robot3: its charge would fall to 8%; what would help: ..."
+    reason = "nobody can take it now: robot3: its charge could fall to 8%; what would help: ..."
     book.note([
         Decision("T7", 1, 4, 1, 10.0, "", reason, (EMPTY,)),
         Decision("T7", 1, 5, 2, 12.5, "robot1", "", (NEAR, SOON, EMPTY), ("robot4",)),
@@ -80,7 +80,7 @@ def test_why_tells_the_last_decision_with_all_bids_the_cheapest_first(hive):
         "robot1", "0.52", "8.2", "m", "1", "0.020", "Ah", "39.5", "Ah", "300", "s",
         "41", "s", "34", "drives;", "formula:", "55", "s,", "0.025", "Ah",
     ]  # fmt: skip
-    assert lines[4].endswith("its charge would fall to 8%")
+    assert lines[4].endswith("its charge could fall to 8%")
     assert err == "1 earlier: hive why T7 --all\n"
 
 

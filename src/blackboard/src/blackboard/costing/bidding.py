@@ -99,7 +99,7 @@ class Bidder:
         if share < CHARGE_TOLERANCE:
             drive = " on the way to a charger" if reserve else ""
             reason = (
-                f"its charge would fall to {share:.0%}{drive}; it keeps {CHARGE_TOLERANCE:.0%}"
+                f"its charge could fall to {share:.0%}{drive}; it keeps {CHARGE_TOLERANCE:.0%}"
             )
             return self._refuse(task, reason, Exclusion.CHARGE)
         terms = CostTerms(

@@ -99,7 +99,7 @@ class Learner:
         self._begin(Learned(*saved.learned), saved.of_time, saved.of_energy)
         self.record = TrackRecord(saved.tasks, saved.settled)
         self.clipped = saved.clipped
-        self.changes = list(saved.changes)
+        self.changes = list(saved.changes[-CHANGES_KEPT:])
 
     def save(self) -> SavedExperience:
         """Return what `restore` goes on from."""

@@ -52,7 +52,8 @@ class Regression:
         """
         expected = float(np.dot(terms, self.values))
         share = np.array(terms) / total
-        variance = float(share @ self._covariance @ share)
+        # Rounding may leave a variance just below 0.
+        variance = max(0.0, float(share @ self._covariance @ share))
         most = max(self.MAX_ERROR, 3.0 * math.sqrt(variance))
         error = float(np.clip(1.0 - share @ self.values, -most, most))
         gain = self._covariance @ share / (self.FORGETTING * self._spread**2 + variance)

@@ -4,6 +4,8 @@
 from typing import Annotated
 
 import attrs
+import numpy as np
+from numpy.typing import NDArray
 
 from blackboard.costing.experience import Learned
 from blackboard.costing.track_record import KEPT, Outcome
@@ -13,6 +15,7 @@ TIMES, SHARES = 3, 2
 """How many numbers of `Learned` are learned together: those of drives, and those of energy."""
 
 CHANGES_KEPT = 10
+_ROUNDING = 1e-6
 _MOST = 1e10  # also in seconds since 1970
 
 _Count = Annotated[int, between(0, 1e9, "a number of drives")]
@@ -20,10 +23,18 @@ _Count = Annotated[int, between(0, 1e9, "a number of drives")]
 
 def _square(size: int) -> Allowed:
     def check(rows: tuple[tuple[float, ...], ...]) -> bool:
-        sizes = {len(rows), *map(len, rows)} if rows else {size}
-        return sizes == {size} and all(abs(each) <= _MOST for row in rows for each in row)
+        if not rows:
+            return True
+        table = np.array(rows) if {len(rows), *map(len, rows)} == {size} else np.full((1, 1), -1.0)
+        is_small = bool((np.abs(table) <= _MOST).all())
+        return is_small and np.allclose(table, table.T) and _is_covariance(table)
 
-    return Allowed(f"{size} rows of {size} numbers, or none", check)
+    return Allowed(f"a covariance, {size} rows of {size} numbers, or none", check)
+
+
+def _is_covariance(table: NDArray[np.float64]) -> bool:
+    """Return whether no variance is below 0, but for rounding."""
+    return bool(np.linalg.eigvalsh(table).min() >= -_ROUNDING * np.abs(table).max())
 
 
 _Row = Annotated[tuple[float, ...], each_within(_MOST, f"{len(Outcome._fields)} numbers")]
