@@ -5,7 +5,7 @@ An entry is committed once a majority of the members has it on disk. A leader th
 answered recently steps down, because the others may elect another by then.
 
 Each entry goes to each member once, unless it was lost. A busy member answers late. Sending it the
-same entries again makes it busier, and if all are busy the hive stalls (docs/decisions/076). So
+same entries again makes it busier, and if all are busy the hive stalls (docs/decisions/070). So
 the leader sends an entry again only to a member that answers a later message without having it.
 """
 
