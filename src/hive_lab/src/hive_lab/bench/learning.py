@@ -38,7 +38,7 @@ DRAWN = 2  # seeds drawn anew
 FIRST = 0.2  # the share of tasks with which robots only begin to learn
 LIMIT = 20_000.0  # simulated [s]
 WINDOW = 10  # tasks of all over which an error after the change is looked at
-OWN_WINDOW = 5  # tasks of one robot
+OWN_WINDOW = 9  # tasks of one robot, of which each differs in how long it takes
 BACK = 1.5  # an error is as before again if it is at most this many times the former one
 NEVER = 1e3  # tasks, where it is not within the run
 
