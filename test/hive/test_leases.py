@@ -265,7 +265,7 @@ def test_a_robot_without_progress_hands_its_task_back_to_another():
     record = hive.record("T1")
     assert before is STARTED
     assert (record.state, record.robot, record.tried) == (DONE, "robot2", ("robot1",))
-    assert "robot1 made no progress within 73 s" in hive.updates("T1")[4].reason
+    assert "robot1 made no progress within 89 s" in hive.updates("T1")[4].reason
 
 
 def test_the_lease_stops_a_late_robot_that_ignores_orders():
@@ -275,7 +275,7 @@ def test_the_lease_stops_a_late_robot_that_ignores_orders():
     hive.post(ROUND)
     hive.network.run(5.0)
     storm["orders"] = True
-    hive.network.run(73.0)
+    hive.network.run(89.0)
     halted = hive.commands["robot1"].running is None
     storm.clear()
     hive.network.run(60.0)

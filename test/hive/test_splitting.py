@@ -110,7 +110,7 @@ def test_a_strong_robot_that_is_only_too_empty_is_waited_for():
 
     assert parts(hive) == []
     assert hive.record("T7").state is WAITING
-    assert "its charge would fall" in hive.record("T7").reason
+    assert "its charge could fall" in hive.record("T7").reason
 
 
 def test_to_cancel_the_whole_cancels_its_parts_and_stops_the_robots():

@@ -151,7 +151,7 @@ CAUGHT_BY = {
     vote_at_once_after_a_restart: (2, RESTARTS),
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
-    obey_an_active_one_of_any_epoch: (142, LATE),
+    obey_an_active_one_of_any_epoch: (158, LATE),
     ignore_epochs: (131, LATE),
     count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),
