@@ -9,7 +9,7 @@ pytest.importorskip("rospy")
 
 import rospy
 
-from blackboard.costing.learner import Learner
+from blackboard.costing.estimator import Estimator
 from blackboard.costing.saved_experience import as_plain
 from blackboard.ros.learned_parameter import LearnedParameter
 from hive_common.pose import Pose
@@ -71,10 +71,10 @@ def server(monkeypatch):
 
 
 def saved(drives):
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     for _ in range(drives):
-        learner.learn_drive(Pose(0.0, 0.0), Pose(5.0, 0.0), 5.0, 9.0)
-    return learner.save()
+        estimator.learn_drive(Pose(0.0, 0.0), Pose(5.0, 0.0), 5.0, 9.0)
+    return estimator.save()
 
 
 def test_what_was_learned_is_written_by_a_thread_of_its_own_and_only_the_newest(server):

@@ -3,7 +3,7 @@
 
 Besides its length, a drive's duration depends on the building as much as on the robot: bends,
 narrow places, turning at both ends. No data sheet tells it, nor how worn a wheel is. So a robot
-begins with a formula, and corrects it after every step (`costing.learner`).
+begins with a formula, and corrects it after every step (`costing.estimator`).
 """
 
 from __future__ import annotations

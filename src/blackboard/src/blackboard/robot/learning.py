@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.costing.cost import friction_force
 from blackboard.costing.effort import Predictor
-from blackboard.costing.learner import Learner
+from blackboard.costing.estimator import Estimator
 from blackboard.costing.saved_experience import as_plain, saved_from
 from blackboard.costing.track_record import Outcome
 from blackboard.domain.battery import SECONDS_PER_HOUR
@@ -53,7 +53,7 @@ class _Predicted:
 
 
 class Learning:
-    """Learns for one robot; see `costing.learner.Learner`.
+    """Learns for one robot; see `costing.estimator.Estimator`.
 
     Args:
         talker: The robot's; outcomes are timed by its clock of the world.
@@ -80,45 +80,45 @@ class Learning:
         self._battery = battery
         self._path_lengths = path_lengths
         self._journal = journal
-        self._learner = Learner(body)
+        self._estimator = Estimator(body)
         self._formula = Predictor(body, path_lengths)
         self._predictor = Predictor(body, path_lengths, self.experience)
         self._predicted: _Predicted | None = None
         self._restore()
-        self._changes = tuple(self._learner.changes)
+        self._changes = tuple(self._estimator.changes)
 
     @property
     def experience(self) -> Experience:
         """What the robot predicts by."""
-        return self._learner.experience
+        return self._estimator.experience
 
     @property
     def news(self) -> str:
         """What has changed lately, in words; empty if nothing has."""
-        return self._learner.news
+        return self._estimator.news
 
     def _restore(self) -> None:
         content = self._journal.load_experience()
         if content is None:
             return
         try:
-            self._learner.restore(saved_from(content))
+            self._estimator.restore(saved_from(content))
         except NotAllowedError as error:
             self._talker.warn(f"{self._id} learns anew: its journal cannot be used: {error}")
 
     def tell_to(self, tell: Callable[[SavedExperience], None]) -> None:
         """Call a function with what has been learned, now and after every task."""
         self._tell = tell
-        tell(self._learner.save())
+        tell(self._estimator.save())
 
     def begin_with(self, others: Iterable[SavedExperience]) -> None:
         """Begin with the experience of other robots of the model, unless it has its own."""
-        if self._learner.experience.is_formula:
-            self._learner.begin_with(others)
+        if self._estimator.experience.is_formula:
+            self._estimator.begin_with(others)
 
     def forget(self) -> None:
         """Predict by the formula again."""
-        self._learner.forget()
+        self._estimator.forget()
         self._keep()
 
     def time_step(self, step: TaskStep, start: Pose, load: float) -> Callable[[], None]:
@@ -135,11 +135,11 @@ class Learning:
             taken, drawn = self._since(begun)
             if step.kind is StepKind.MOVE:
                 distance, delay = self._path_lengths.length_and_delay(start, step.goal)
-                self._learner.learn_drive(start, step.goal, distance, taken, delay)
+                self._estimator.learn_drive(start, step.goal, distance, taken, delay)
                 force = friction_force(self._body.friction_coefficient, self._body.mass + load)
                 self._learn_energy(force * distance, self._body.idle_power * taken, drawn)
             else:
-                self._learner.learn_arm(step.kind, taken)
+                self._estimator.learn_arm(step.kind, taken)
                 power = self._body.arm_power + self._body.idle_power
                 self._learn_energy(0.0, power * taken, drawn)
 
@@ -148,7 +148,7 @@ class Learning:
     def _learn_energy(self, friction: float, power: float, drawn: float) -> None:
         # What is reckoned by the formula says nothing about the formula.
         if self._battery.IS_MEASURED and math.isfinite(friction):
-            self._learner.learn_energy(friction, power, drawn)
+            self._estimator.learn_energy(friction, power, drawn)
 
     def begin_task(self, task: Task, step: int, here: Pose) -> None:
         """Note what is predicted of a task that begins, or goes on, with a step."""
@@ -179,19 +179,19 @@ class Learning:
             known.most_energy,
             drawn,
         )
-        self._learner.add(outcome)
+        self._estimator.add(outcome)
         self._tell_changes()
         self._keep()
 
     def _tell_changes(self) -> None:
         """Tell what has changed since the last time to who runs the robot."""
-        for change in self._learner.changes:
+        for change in self._estimator.changes:
             if change not in self._changes:
                 self._talker.warn(
                     f"{self._id}: {change}; check its wheels, its load and the floor, and whether "
                     "its ways have changed"
                 )
-        self._changes = tuple(self._learner.changes)
+        self._changes = tuple(self._estimator.changes)
 
     def _now(self) -> _Begun:
         return _Begun(self._talker.world.now(), self._battery.charge_left)
@@ -203,7 +203,7 @@ class Learning:
         return now.at - begun.at, (begun.charge - now.charge) * SECONDS_PER_HOUR * volts
 
     def _keep(self) -> None:
-        saved = self._learner.save()
+        saved = self._estimator.save()
         try:
             self._journal.save_experience(as_plain(saved))
         except JournalError as error:

@@ -6,8 +6,8 @@ import random
 
 import pytest
 
+from blackboard.costing.estimator import Estimator
 from blackboard.costing.experience import ENERGY_MARGIN, TIME_MARGIN, by_formula
-from blackboard.costing.learner import Learner
 from blackboard.costing.saved_experience import CHANGES_KEPT, as_plain, saved_from
 from blackboard.costing.track_record import KEPT, Outcome
 from blackboard.domain.task import StepKind
@@ -31,11 +31,11 @@ def real(distance, turn, slower=1.0):
     return slower * (2.0 + 1.4 * distance + 0.6 * turn)
 
 
-def learner_after(number, slower=1.0):
-    learner = Learner(SMALL_ROBOT)
+def estimator_after(number, slower=1.0):
+    estimator = Estimator(SMALL_ROBOT)
     for goal, distance, turn in drives(number):
-        learner.learn_drive(HERE, goal, distance, real(distance, turn, slower))
-    return learner
+        estimator.learn_drive(HERE, goal, distance, real(distance, turn, slower))
+    return estimator
 
 
 def outcome(time=20.0, energy=500.0, predicted=20.0):
@@ -43,7 +43,7 @@ def outcome(time=20.0, energy=500.0, predicted=20.0):
 
 
 def test_after_ten_drives_it_knows_what_a_drive_takes():
-    experience = learner_after(10).experience
+    experience = estimator_after(10).experience
 
     assert not experience.is_formula
     assert experience.learned.drives == 10
@@ -54,90 +54,90 @@ def test_after_ten_drives_it_knows_what_a_drive_takes():
 
 
 def test_a_drive_that_was_delayed_for_minutes_hardly_counts():
-    learner = learner_after(20)
+    estimator = estimator_after(20)
     goal = Pose(8.0, 0.0)
-    before = learner.experience.duration(HERE, goal, 8.0)
+    before = estimator.experience.duration(HERE, goal, 8.0)
 
-    learner.learn_drive(HERE, goal, 8.0, before + 300.0)
+    estimator.learn_drive(HERE, goal, 8.0, before + 300.0)
 
-    assert learner.experience.duration(HERE, goal, 8.0) == pytest.approx(before, rel=0.05)
+    assert estimator.experience.duration(HERE, goal, 8.0) == pytest.approx(before, rel=0.05)
 
 
 def test_what_traffic_costs_is_not_taken_for_the_robots_own_pace():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     for goal, distance, turn in drives(10):
-        learner.learn_drive(HERE, goal, distance, real(distance, turn) + 30.0, delay=30.0)
+        estimator.learn_drive(HERE, goal, distance, real(distance, turn) + 30.0, delay=30.0)
 
-    assert learner.experience.learned == pytest.approx(learner_after(10).experience.learned)
+    assert estimator.experience.learned == pytest.approx(estimator_after(10).experience.learned)
 
 
 @pytest.mark.parametrize(
     ("distance", "duration"), [(math.inf, 10.0), (0.1, 10.0), (3.0, 0.0), (3.0, -1.0)]
 )
 def test_nothing_is_learned_from_a_drive_that_says_nothing(distance, duration):
-    learner = learner_after(5)
-    before = learner.experience.learned
+    estimator = estimator_after(5)
+    before = estimator.experience.learned
 
-    learner.learn_drive(HERE, Pose(3.0, 0.0), distance, duration)
+    estimator.learn_drive(HERE, Pose(3.0, 0.0), distance, duration)
 
-    assert learner.experience.learned == before
+    assert estimator.experience.learned == before
 
 
 def test_predictions_outside_of_their_limits_are_counted():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     for goal, distance, _ in drives(10):
-        learner.learn_drive(HERE, goal, distance, 0.01)
+        estimator.learn_drive(HERE, goal, distance, 0.01)
 
-    assert learner.save().clipped == 9  # all but the first, which the formula predicts
+    assert estimator.save().clipped == 9  # all but the first, which the formula predicts
 
 
 def test_it_learns_that_its_arm_is_slow():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     for _ in range(30):
-        learner.learn_arm(StepKind.PICK, 2.0 * SMALL_ROBOT.pick_duration)
+        estimator.learn_arm(StepKind.PICK, 2.0 * SMALL_ROBOT.pick_duration)
 
-    assert learner.experience.arm_time(StepKind.PICK) == pytest.approx(10.0, rel=0.01)
-    assert learner.experience.arm_time(StepKind.PLACE) == SMALL_ROBOT.place_duration
+    assert estimator.experience.arm_time(StepKind.PICK) == pytest.approx(10.0, rel=0.01)
+    assert estimator.experience.arm_time(StepKind.PLACE) == SMALL_ROBOT.place_duration
 
 
 def test_it_learns_that_friction_draws_more_and_electronics_less():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     chance = random.Random(1)
     for _ in range(30):
         friction, power = chance.uniform(50.0, 500.0), chance.uniform(50.0, 500.0)
-        learner.learn_energy(friction, power, 1.5 * friction + 0.7 * power)
+        estimator.learn_energy(friction, power, 1.5 * friction + 0.7 * power)
 
-    learned = learner.experience.learned
+    learned = estimator.experience.learned
     assert (learned.friction, learned.power) == pytest.approx((1.5, 0.7), rel=0.05)
 
 
 def test_it_learns_of_energy_from_a_gauge_that_shows_whole_percents_too():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     shown = true = 0.0
     for _ in range(1000):
         true += 1.5 * 100.0
         rounded = 1000.0 * (true // 1000.0)
-        learner.learn_energy(80.0, 20.0, rounded - shown)
+        estimator.learn_energy(80.0, 20.0, rounded - shown)
         shown = rounded
 
-    learned = learner.experience.learned
+    learned = estimator.experience.learned
     assert 0.8 * learned.friction + 0.2 * learned.power == pytest.approx(1.5, rel=0.03)
 
 
 def test_what_was_learned_is_the_same_after_it_was_saved():
-    learner = learner_after(8)
-    learner.learn_arm(StepKind.PLACE, 5.0)
-    learner.learn_energy(100.0, 50.0, 180.0)
+    estimator = estimator_after(8)
+    estimator.learn_arm(StepKind.PLACE, 5.0)
+    estimator.learn_energy(100.0, 50.0, 180.0)
     for time in range(15, 30):
-        learner.add(outcome(time=float(time)))
-    restored = Learner(SMALL_ROBOT)
-    restored.restore(saved_from(as_plain(learner.save())))
+        estimator.add(outcome(time=float(time)))
+    restored = Estimator(SMALL_ROBOT)
+    restored.restore(saved_from(as_plain(estimator.save())))
 
-    assert restored.save() == learner.save()
-    for each in (learner, restored):
+    assert restored.save() == estimator.save()
+    for each in (estimator, restored):
         each.learn_drive(HERE, Pose(5.0, 0.0), 5.0, 12.0)
         each.learn_energy(100.0, 50.0, 180.0)
-    assert restored.experience.learned == learner.experience.learned
+    assert restored.experience.learned == estimator.experience.learned
 
 
 @pytest.mark.parametrize(
@@ -156,15 +156,19 @@ def test_what_was_learned_is_the_same_after_it_was_saved():
     ],
 )
 def test_odd_content_is_refused_with_the_name_of_what_is_odd(changes, problem):
-    content = as_plain(learner_after(3).save()) | changes
+    content = as_plain(estimator_after(3).save()) | changes
 
     with pytest.raises(NotAllowedError, match=problem):
         saved_from(content)
 
 
 def test_a_robot_that_joins_begins_with_the_experience_of_its_model_and_soon_has_its_own():
-    others = [learner_after(20).save(), learner_after(60).save(), Learner(SMALL_ROBOT).save()]
-    joined = Learner(SMALL_ROBOT)
+    others = [
+        estimator_after(20).save(),
+        estimator_after(60).save(),
+        Estimator(SMALL_ROBOT).save(),
+    ]
+    joined = Estimator(SMALL_ROBOT)
 
     joined.begin_with(others)
 
@@ -179,153 +183,153 @@ def test_a_robot_that_joins_begins_with_the_experience_of_its_model_and_soon_has
 
 
 def test_without_others_it_begins_with_the_formula():
-    joined = Learner(SMALL_ROBOT)
+    joined = Estimator(SMALL_ROBOT)
 
-    joined.begin_with([Learner(SMALL_ROBOT).save()])
+    joined.begin_with([Estimator(SMALL_ROBOT).save()])
 
     assert joined.experience.is_formula
 
 
 def test_it_forgets_all_when_told_to():
-    learner = learner_after(10)
-    learner.add(outcome())
+    estimator = estimator_after(10)
+    estimator.add(outcome())
 
-    learner.forget()
+    estimator.forget()
 
-    assert learner.save() == Learner(SMALL_ROBOT).save()
-    assert learner.experience.learned == by_formula(SMALL_ROBOT.max_speed)
+    assert estimator.save() == Estimator(SMALL_ROBOT).save()
+    assert estimator.experience.learned == by_formula(SMALL_ROBOT.max_speed)
 
 
 def test_nine_of_ten_tasks_keep_the_margins():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     chance = random.Random(5)
     within_time = within_energy = 0
     for number in range(600):
-        learned = learner.experience
+        learned = estimator.experience
         time, energy = chance.lognormvariate(3.0, 0.1), chance.lognormvariate(6.2, 0.05)
         if number >= 100:
             within_time += time <= learned.most_time(20.0)
             within_energy += energy <= learned.most_energy(500.0)
-        learner.add(outcome(time, energy))
+        estimator.add(outcome(time, energy))
 
     assert 0.87 <= within_time / 500 <= 0.93
     assert 0.87 <= within_energy / 500 <= 0.93
 
 
 def test_until_there_are_enough_tasks_the_margins_are_those_of_the_formula():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     for _ in range(11):
-        learner.add(outcome())
+        estimator.add(outcome())
 
-    learned = learner.experience.learned
+    learned = estimator.experience.learned
     assert (learned.time_margin, learned.energy_margin) == (TIME_MARGIN, ENERGY_MARGIN)
-    learner.add(outcome())
-    assert learner.experience.learned.time_margin == pytest.approx(0.0)
+    estimator.add(outcome())
+    assert estimator.experience.learned.time_margin == pytest.approx(0.0)
 
 
 def test_tasks_of_which_nothing_can_be_said_do_not_count():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
 
     for odd in (outcome(energy=0.0), outcome(time=-1.0), outcome(predicted=math.inf)):
-        learner.add(odd)
+        estimator.add(odd)
 
-    assert learner.save().outcomes == ()
+    assert estimator.save().outcomes == ()
 
 
 def test_only_the_last_tasks_are_kept():
-    learner = Learner(SMALL_ROBOT)
+    estimator = Estimator(SMALL_ROBOT)
     for number in range(KEPT + 5):
-        learner.add(outcome(time=20.0 + 0.001 * number))
+        estimator.add(outcome(time=20.0 + 0.001 * number))
 
-    assert len(learner.save().outcomes) == KEPT
-    assert learner.save().outcomes[-1][4] == pytest.approx(20.0 + 0.001 * (KEPT + 4))
+    assert len(estimator.save().outcomes) == KEPT
+    assert estimator.save().outcomes[-1][4] == pytest.approx(20.0 + 0.001 * (KEPT + 4))
 
 
 def test_a_worn_wheel_is_noticed_within_three_steps_and_soon_learned():
-    learner = learner_after(20)
+    estimator = estimator_after(20)
     chance = random.Random(2)
 
     def step(factor):
         """Return what a drive draws, as a share of what was predicted."""
         friction, power = chance.uniform(50.0, 300.0), chance.uniform(200.0, 500.0)
-        learned = learner.experience.learned
+        learned = estimator.experience.learned
         drawn = factor * friction + power
-        learner.learn_energy(friction, power, drawn)
+        estimator.learn_energy(friction, power, drawn)
         return drawn / (learned.friction * friction + learned.power * power)
 
     for _ in range(60):
         step(chance.uniform(0.97, 1.03))
-    assert learner.changes == []
+    assert estimator.changes == []
     for _ in range(4):
         step(2.0)
-    (text,) = learner.changes
+    (text,) = estimator.changes
     assert text.startswith("after 20 drives: steps draw ")
     assert text.endswith("% more energy than predicted")
     for _ in range(6):
         step(2.0)
     assert step(2.0) == pytest.approx(1.0, abs=0.02)
-    assert learner.changes == [text]
+    assert estimator.changes == [text]
 
 
 def test_a_slower_floor_is_noticed_and_a_delay_now_and_then_is_not():
-    learner = learner_after(20)
+    estimator = estimator_after(20)
     for time in [20.0, 21.0, 60.0, 19.0] * 10:
-        learner.add(outcome(time=time))
-    assert learner.changes == []
+        estimator.add(outcome(time=time))
+    assert estimator.changes == []
 
     for _ in range(3):
-        learner.add(outcome(time=30.0))
+        estimator.add(outcome(time=30.0))
 
-    assert learner.changes == ["after 20 drives: tasks take 50% more time than predicted"]
-    assert learner.news == learner.changes[-1]
+    assert estimator.changes == ["after 20 drives: tasks take 50% more time than predicted"]
+    assert estimator.news == estimator.changes[-1]
     for _ in range(23):
-        learner.add(outcome(time=20.0))
-    assert learner.news == ""
+        estimator.add(outcome(time=20.0))
+    assert estimator.news == ""
 
 
 def test_where_errors_are_usually_large_more_of_them_are_needed_to_be_a_change():
-    learner = learner_after(20)
+    estimator = estimator_after(20)
     chance = random.Random(3)
     for _ in range(300):
-        learner.learn_energy(300.0, 300.0, 600.0 * chance.uniform(0.8, 1.2))
+        estimator.learn_energy(300.0, 300.0, 600.0 * chance.uniform(0.8, 1.2))
 
-    assert learner.changes == []
+    assert estimator.changes == []
     for _ in range(12):
-        learner.learn_energy(300.0, 300.0, 900.0 * chance.uniform(0.8, 1.2))
-    assert len(learner.changes) == 1
+        estimator.learn_energy(300.0, 300.0, 900.0 * chance.uniform(0.8, 1.2))
+    assert len(estimator.changes) == 1
 
 
 def test_after_a_change_it_learns_anew_and_counts_no_old_task_for_its_margins():
-    learner = learner_after(100)
+    estimator = estimator_after(100)
     for _ in range(40):
-        learner.add(outcome(time=20.0))
-    old = learner.experience.learned.time_margin
+        estimator.add(outcome(time=20.0))
+    old = estimator.experience.learned.time_margin
     for _ in range(3):
-        learner.add(outcome(time=40.0))
+        estimator.add(outcome(time=40.0))
     for goal, distance, turn in drives(8, seed=4):
-        learner.learn_drive(HERE, goal, distance, real(distance, turn, slower=2.0))
+        estimator.learn_drive(HERE, goal, distance, real(distance, turn, slower=2.0))
 
     goal, distance, turn = next(drives(1, seed=5))
     taken = real(distance, turn, slower=2.0)
-    assert learner.experience.duration(HERE, goal, distance) == pytest.approx(taken, rel=0.05)
+    assert estimator.experience.duration(HERE, goal, distance) == pytest.approx(taken, rel=0.05)
     for _ in range(12):
-        learner.add(outcome(time=20.5))
+        estimator.add(outcome(time=20.5))
     assert old == 0.0
-    assert learner.experience.learned.time_margin == pytest.approx(0.5 / math.sqrt(20.0))
+    assert estimator.experience.learned.time_margin == pytest.approx(0.5 / math.sqrt(20.0))
 
 
 def test_at_first_nothing_counts_as_a_change():
-    learner = learner_after(9)
+    estimator = estimator_after(9)
     for _ in range(8):
-        learner.add(outcome(time=40.0))
-        learner.learn_energy(100.0, 0.0, 140.0)
+        estimator.add(outcome(time=40.0))
+        estimator.learn_energy(100.0, 0.0, 140.0)
 
-    assert learner.changes == []
+    assert estimator.changes == []
 
 
 def test_only_the_last_changes_are_kept():
-    learner = learner_after(20)
+    estimator = estimator_after(20)
     for time in ([20.0] * 8 + [40.0] * 3) * 15:
-        learner.add(outcome(time=time))
+        estimator.add(outcome(time=time))
 
-    assert len(learner.changes) == CHANGES_KEPT
+    assert len(estimator.changes) == CHANGES_KEPT

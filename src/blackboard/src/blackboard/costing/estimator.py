@@ -50,8 +50,8 @@ _OF_ARM = (0.5,)
 """How far off it may be in how long the arm works, as a share."""
 
 
-class Learner:
-    """What one robot learns.
+class Estimator:
+    """Estimates what the steps of one robot take, from those that it did.
 
     Args:
         body: What the robot is.
