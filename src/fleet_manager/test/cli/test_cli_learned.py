@@ -201,10 +201,10 @@ UNKNOWN = (
 ODD = {
     "a number": (5, "5; allowed: the keys learned,"),
     "no numbers": ({}, "learned: missing; allowed: 10 numbers"),
-    "too few": ({"learned": [1.0, 2.0]}, "learned: allowed: 10 numbers"),
+    "too few": ({"learned": [1.0, 2.0]}, "learned: has 2 numbers; allowed: 10"),
     "a text": ({"learned": [*PACE[:9], "x"]}, "learned[9]: 'x'; allowed: a number"),
     "infinite": ({"learned": [*PACE[:9], float("inf")]}, "learned[9]: inf; allowed:"),
-    "odd tasks": ({"learned": [*PACE], "outcomes": [[1.0]]}, "outcomes: allowed: 9 numbers each"),
+    "odd tasks": ({"learned": [*PACE], "outcomes": [[1.0]]}, "outcomes[0]: has 1 numbers; allowed: 9"),
     "lines": ({"learned": [*PACE], "of\nline\r\x0bbreaks": 1}, "of line breaks: unknown"),
 }
 

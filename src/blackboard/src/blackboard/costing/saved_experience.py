@@ -65,9 +65,12 @@ class SavedExperience:
 
     def __attrs_post_init__(self) -> None:
         if len(self.learned) != len(Learned._fields):
-            raise NotAllowedError(("learned",), f"allowed: {len(Learned._fields)} numbers")
-        if any(len(each) != len(Outcome._fields) for each in self.outcomes):
-            raise NotAllowedError(("outcomes",), f"allowed: {len(Outcome._fields)} numbers each")
+            found, allowed = len(self.learned), len(Learned._fields)
+            raise NotAllowedError(("learned",), f"has {found} numbers; allowed: {allowed}")
+        for number, each in enumerate(self.outcomes):
+            if len(each) != len(Outcome._fields):
+                text = f"has {len(each)} numbers; allowed: {len(Outcome._fields)}"
+                raise NotAllowedError(("outcomes", number), text)
 
     @property
     def tasks(self) -> tuple[Outcome, ...]:

@@ -200,7 +200,8 @@ class BlackboardSettings(Settings):
         "",
         "A robot hands a task back when it takes longer than this many times what it promised, "
         "and overdue_grace more",
-        "From priority 8 on every single step is promised, below that the rest of the task.",
+        "What it promises includes the margin that nine of ten tasks keep. From priority 8 on "
+        "every single step is promised, below that the rest of the task.",
     )
     overdue_grace: float = setting(60.0, "s", "Further time before an overdue task is handed back")
     order_timeout: float = setting(

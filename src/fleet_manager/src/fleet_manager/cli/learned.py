@@ -47,7 +47,8 @@ def learned(
     TIME MARGIN    how much longer nine of ten tasks take at most that are predicted to take
                    60 s; it grows with the root of the time
     ENERGY MARGIN  how much more energy nine of ten tasks draw at most than predicted
-    CLIPPED        predictions outside of what is allowed, 0.3 to 3 times the formula's
+    CLIPPED        drives predicted outside of what is allowed: at least the time at top speed, at
+                   most 3 times the formula's and 10 s
 
     After repairs, or where the way has been changed, a robot learns anew by itself; --forget lets
     it begin at once.

@@ -125,6 +125,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench flake --runs 5
       hive bench auction --robots 10
       hive bench hive --robots 100
+      hive bench learning --runs 1
       hive bench traffic --minutes 60 --runs 5 --resume hours.jsonl
       hive bench traffic --site lab --robots 4
       hive bench traffic --map room-32-32-4.map --scen room-32-32-4-random-1.scen

@@ -94,7 +94,7 @@ def run(runs: int = DRAWN, robots: int = ROBOTS, tasks: int = TASKS) -> BenchRes
         "done_after_by_formula": _done_after(formula),
         "tasks": float(sum(len(each.done_after) for each in learned)),
         "collisions": float(sum(each.collisions for each in found)),
-        "drawn_seed": float(seeds[-1]),
+        **{f"drawn_seed_{number}": float(seed) for number, seed in enumerate(seeds[1:], 1)},
     }
     return BenchResult(figures, AIMS, broken=figures["collisions"] > 0)
 
