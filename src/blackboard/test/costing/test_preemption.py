@@ -142,3 +142,13 @@ def test_a_robot_whose_battery_cannot_do_both_is_not_interrupted():
 
     assert interrupt_cost(replace(URGENT, goals=(Pose(-10.0, 0.0),)), LESSER) < MAX_COST
     assert interrupt_cost(far, LESSER, charge=0.3) == MAX_COST
+
+
+@pytest.mark.parametrize(("charge", "may"), [(0.165, False), (0.195, True)])
+def test_the_charge_for_both_counts_with_the_margin_of_its_prediction(charge, may):
+    """They take 5 % of the battery by the formula, and 8 % at most."""
+    far = replace(URGENT, goals=(Pose(1020.0, 0.0),))
+
+    cost = interrupt_cost(far, LESSER, step=1, here=Pose(19.9, 0.0), charge=charge)
+
+    assert (cost < MAX_COST) is may

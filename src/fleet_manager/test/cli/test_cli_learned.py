@@ -204,7 +204,10 @@ ODD = {
     "too few": ({"learned": [1.0, 2.0]}, "learned: has 2 numbers; allowed: 10"),
     "a text": ({"learned": [*PACE[:9], "x"]}, "learned[9]: 'x'; allowed: a number"),
     "infinite": ({"learned": [*PACE[:9], float("inf")]}, "learned[9]: inf; allowed:"),
-    "odd tasks": ({"learned": [*PACE], "outcomes": [[1.0]]}, "outcomes[0]: has 1 numbers; allowed: 9"),
+    "odd tasks": (
+        {"learned": [*PACE], "outcomes": [[1.0]]},
+        "outcomes[0]: has 1 numbers; allowed: 9",
+    ),
     "lines": ({"learned": [*PACE], "of\nline\r\x0bbreaks": 1}, "of line breaks: unknown"),
 }
 

@@ -139,7 +139,8 @@ class Bidder:
             return MAX_COST
         predictor = self._schedule.predictor
         terms = interruption(task, step, under_way, here, predictor, self._battery)
-        share = (terms.charge_left - terms.energy_charge) / self._battery.capacity
+        most = self._schedule.experience.most_energy(terms.energy_charge)
+        share = (terms.charge_left - most) / self._battery.capacity
         return min(self._model.cost(terms), MAX_COST) if share >= CHARGE_TOLERANCE else MAX_COST
 
 

@@ -33,10 +33,10 @@ MEAN_SPEED_SHARE = 0.6
 (docs/benchmarks.md)."""
 
 LEAST, MOST = 0.3, 3.0
-"""A prediction is at least and at most so many times what the formula gives."""
+"""A share of what the formula gives is at least and at most so much."""
 
 ENDS = 10.0
-"""How much longer a drive may take than `MOST` times the formula, which counts no turning [s]."""
+"""A drive takes at most `MOST` times the formula and this: that counts no turning [s]."""
 
 _FORMULA_SHARES = (1.0, 1.0, 1.0, 1.0)
 
