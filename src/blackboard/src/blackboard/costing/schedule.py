@@ -96,6 +96,7 @@ class Schedule:
     Attributes:
         predictor: Predicts what tasks take the robot.
         formula: Predicts it as if the robot had learned nothing.
+        rule: What is least at the best position for one more task; set by the cost model.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class Schedule:
         self.experience = experience or Experience(robot)
         self.predictor = Predictor(robot, path_lengths, self.experience)
         self.formula = Predictor(robot, path_lengths)
-        self._rule = INSERTION_RULES.get(cost_model, shortest)
+        self.rule = INSERTION_RULES.get(cost_model, shortest)
         self._aging = aging or Aging()
         self._entries: list[Entry] = []
 
@@ -200,9 +201,7 @@ class Schedule:
             for entry in self._entries
             if entry.task.id not in without
         ]
-        return Route(
-            here, stops, self.predictor, self._rule, keep_first=at_work, aging=self._aging
-        )
+        return Route(here, stops, self.predictor, self.rule, keep_first=at_work, aging=self._aging)
 
     def promise(self, here: Pose) -> dict[str, float]:
         """Return `eta`, `step_eta` and `eta_margin` of the first task, which has to be there [s].

@@ -37,7 +37,7 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "--runs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="How often, for cli, failover, flake, learning and traffic.",
+    help="How often, for architectures, cli, failover, flake, learning and traffic.",
 )
 @click.option(
     "--schedules",
@@ -64,7 +64,7 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "--robots",
     type=click.IntRange(min=2),
     metavar="N",
-    help="How large a fleet, for auction, hive, system, traffic and vda5050.",
+    help="How large a fleet, for architectures, auction, hive, system, traffic and vda5050.",
 )
 @click.option(
     "--map",
@@ -108,7 +108,8 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "--resume",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Keep results; with the same file a measurement goes on, for faults, soak and traffic.",
+    help="Keep results; with the same file a measurement goes on, for architectures, faults, "
+    "soak and traffic.",
 )
 @pass_context
 def bench(context: CliContext, name: str | None, file: Path | None, **options: object) -> None:
@@ -123,6 +124,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench faults --schedules 100000 --resume faults.jsonl
       hive bench fuzz --messages 20000 --seed 7
       hive bench flake --runs 5
+      hive bench architectures --robots 10 --runs 1
       hive bench auction --robots 10
       hive bench hive --robots 100
       hive bench learning --runs 1
@@ -137,8 +139,8 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench traffic --adversarial
       hive bench vda5050 --robots 50
 
-    Ends with 0 when the measurement ran, whatever it found; faults, fuzz, fuzz-ros, hive and
-    traffic end with 1 when a property was broken, sim and system when anything touched.
+    Ends with 0 when the measurement ran, whatever it found; architectures, faults, fuzz, fuzz-ros,
+    hive and traffic end with 1 when a property was broken, sim and system when anything touched.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:

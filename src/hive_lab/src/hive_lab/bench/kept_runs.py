@@ -57,12 +57,15 @@ class KeptRuns:
             jobs: By the name of a run, a function of a module and its arguments.
         """
         todo = {name: job for name, job in jobs.items() if name not in self._known}
-        # Workers share no state with this process, which may have threads.
-        context = multiprocessing.get_context("forkserver")
+        # A worker that was not forked would not find the packages' messages: catkin's package
+        # files change the module path that it inherits.
+        context = multiprocessing.get_context("fork")
         with ProcessPoolExecutor(os.cpu_count() or 1, mp_context=context) as pool:
             under_way = {pool.submit(work, *given): name for name, (work, given) in todo.items()}
             for number, done in enumerate(as_completed(under_way), start=1):
                 name = under_way[done]
+                if done.exception() is not None:
+                    pool.shutdown(wait=False, cancel_futures=True)
                 self.keep(name, done.result())
                 click.echo(f"{name}: done ({number} of {len(todo)})", err=True)
         return [self._known[name] for name in jobs]

@@ -93,6 +93,11 @@ BENCHES: Mapping[str, Bench] = {
         "plans over the best known ones, and times to done [s] of tasks that arrive over time",
         "bench.allocation.measure",
     ),
+    "architectures": Bench(
+        "the hive, a central dispatcher and a market: times to done [s], energy, messages, CPU",
+        "bench.architectures.measure",
+        options=("robots", "runs", "resume"),
+    ),
     "auction": Bench(
         "from posting to ASSIGNED [s], with 4 and 10 robots or --robots, memory [MB], on ROS",
         "live.auction",
