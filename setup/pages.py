@@ -43,6 +43,13 @@ PAGES = {
     "allocation": Made(
         ("src/hive_lab/resource/allocation_reference.json",), "setup/reference/make", 30.0
     ),
+    "architectures": Made(
+        ("docs/images/architectures.png", "docs/images/architectures_faults.png"),
+        './hive bench architectures --resume "$new/runs.jsonl"\n'
+        './hive shell -c "python3 -m hive_lab.bench.architectures.picture '
+        "'$new/runs.jsonl' docs/images\"",
+        10.0,
+    ),
     "comparing": Made(
         ("docs/images/benchmarks.png", "docs/images/benchmarks_pictures.png"),
         './hive shell -c "python3 -m hive_lab.windows.comparing_pictures docs/images"',

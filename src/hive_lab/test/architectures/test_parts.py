@@ -13,12 +13,17 @@ A, B, C = poses(3)
 GO = Task("T1", TaskType.GAB, (A, B), payload=10.0)
 
 
-@pytest.fixture
-def robot():
-    """Return the first robot of a trial whose operator posts nothing, and its network."""
+def trial_robot():
+    """Return a trial whose operator has posted nothing yet, and its first robot."""
     trial = Trial(2, seed=1, posts=[(0.0, GO)])
     trial.boot("robot1")
     return trial, trial.robots["robot1"]
+
+
+@pytest.fixture
+def robot():
+    """Return `trial_robot()`."""
+    return trial_robot()
 
 
 def test_a_node_pays_once_for_the_way_to_a_place():
@@ -70,16 +75,43 @@ def test_a_drive_draws_what_friction_takes_with_the_load_on_board(robot):
     assert moves.body.battery.level == moves.body.battery.measured.level < 1.0
 
 
-def test_a_drive_that_is_cancelled_leads_nowhere(robot):
+def time_to_drive(robot, *stops):
+    """Return how long a drive takes that is interrupted at some times, for 100 s each."""
     trial, moves = robot
-    start, ended = moves.body.pose, []
-    moves.body.start(split_task(GO)[0], ended.append)
+    network, ended = trial.network, []
+    begun = network.now
+    moves.body.start(split_task(GO)[0], lambda _: ended.append(network.now))
+    for at in stops:
+        network.run(begun + at)
+        moves.body.cancel()
+        network.run(network.now + 100.0)
+        assert moves.body.pose != A
+        moves.body.start(split_task(GO)[0], lambda _: ended.append(network.now))
+    network.run(network.now + 200.0)
+    assert moves.body.pose == A
+    (end,) = ended
+    return end - begun
 
+
+def test_a_drive_that_is_interrupted_goes_on_where_it_stopped():
+    in_one_go = time_to_drive(trial_robot())
+
+    assert time_to_drive(trial_robot(), 5.0, 110.0) == pytest.approx(in_one_go + 200.0)
+
+
+def test_a_drive_to_another_goal_begins_anew():
+    trial, moves = trial_robot()
+    first, second = split_task(GO)
+    ended = []
+    moves.body.start(first, lambda _: ended.append(first))
+    trial.network.run(5.0)
     moves.body.cancel()
+
+    moves.body.start(second, lambda _: ended.append(second))
     trial.network.run(200.0)
 
-    assert moves.body.pose == start
-    assert not ended
+    assert moves.body.pose == B
+    assert ended == [second]
 
 
 def test_a_body_whose_process_is_killed_stands_still(robot):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard.costing.cost import friction_force
@@ -28,10 +29,33 @@ _TICK = 1.0  # time between two draws on the battery [s]
 _SUCCESS = CommandResult(CommandState.SUCCEEDED)
 
 
+@dataclass
+class _Drive:
+    """A drive to a goal.
+
+    Attributes:
+        goal: Where it goes [map frame].
+        length: Of the whole path [m].
+        left: How long it takes from where it began or stopped [s].
+        since: When it began or went on there [s]; infinite while it is interrupted.
+    """
+
+    goal: Pose
+    length: float
+    left: float
+    since: float = math.inf
+
+    def stop(self, now: float) -> None:
+        """Interrupt it."""
+        self.left -= max(0.0, now - self.since)
+        self.since = math.inf
+
+
 class Body:
     """Wheels, arm and battery of one robot; see `blackboard.robot.executor.Command`.
 
-    It stays in place until it has arrived. Drives take the time that they take in the simulator,
+    Its pose stays the same until it has arrived; a drive that is interrupted goes on where it
+    stopped, unless it is to another goal. Drives take the time that they take in the simulator,
     and robots never block each other. What a drive takes differs from what is predicted by a
     random error, which is drawn drive by drive.
 
@@ -70,23 +94,23 @@ class Body:
         self._random = random
         self._ledger = ledger
         self._run = 0
+        self._drive: _Drive | None = None  # under way, or interrupted
         self._network.schedule(_TICK, None, self._stand)
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Begin a step."""
         self._run += 1
-        body = self._characteristics
+        body, run = self._characteristics, self._run
         length, takes = 0.0, body.arm_time(step.kind)
         if step.kind is StepKind.MOVE:
-            length = self._lengths.length(self.pose, step.goal)
-            chance = math.exp(SPREAD * float(self._random.standard_normal()))
-            takes = (PER_DRIVE + PER_METRE * length) * chance
-        run = self._run
+            drive = self._drive_to(step.goal)
+            length, takes = drive.length, drive.left
+            drive.since = self._network.now
 
         def end(_: object) -> None:
             if run != self._run:
                 return
-            self.pose = step.goal
+            self.pose, self._drive = step.goal, None
             mass = body.mass + self._ledger.load_during(step)
             friction = friction_force(body.friction_coefficient, mass)
             self._draw(friction * length + body.arm_power * body.arm_time(step.kind))
@@ -100,8 +124,18 @@ class Body:
         self._network.schedule(takes, None, end)
 
     def cancel(self) -> None:
-        """Stop; a drive that is not over has led nowhere."""
+        """Stop."""
         self._run += 1
+        if self._drive is not None:
+            self._drive.stop(self._network.now)
+
+    def _drive_to(self, goal: Pose) -> _Drive:
+        """Return the drive to a goal, the one that was interrupted if there is one."""
+        if self._drive is None or self._drive.goal != goal:
+            length = self._lengths.length(self.pose, goal)
+            chance = math.exp(SPREAD * float(self._random.standard_normal()))
+            self._drive = _Drive(goal, length, (PER_DRIVE + PER_METRE * length) * chance)
+        return self._drive
 
     def _stand(self, _: object) -> None:
         self._draw(self._characteristics.idle_power * _TICK)
