@@ -23,7 +23,7 @@ class Kind(NamedTuple):
     Attributes:
         title: What people call it.
         put_into: Builds one with the fleet of a trial.
-        is_hive: Whether it is one that this project offers.
+        is_hive: Whether it is the hive, with some settings.
     """
 
     title: str
@@ -53,4 +53,4 @@ ARCHITECTURES: Mapping[str, Kind] = MappingProxyType(
         "contract_net": Kind("contract net", ContractNet),
     }
 )
-"""The architectures by name. A hive differs from another in how it decides."""
+"""The architectures by name."""

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, ScalarFormatter
 
 from hive_lab.architectures.kinds import ARCHITECTURES
 from hive_lab.architectures.trial import PROBED_AT
@@ -81,10 +82,13 @@ def draw_figures(runs: Runs, path: Path) -> None:
             axes.plot(*zip(*points, strict=True), style, color=colour, label=kind.title, ms=5)
         axes.set(title=title, xscale="log", yscale=scale, xlabel="robots")
         axes.title.set_fontsize(10)
-        if scale == "linear":
-            axes.set_ylim(bottom=0.0)
         axes.set_xticks(sizes, list(map(str, sizes)))
         axes.minorticks_off()
+        if scale == "linear":
+            axes.set_ylim(bottom=0.0)
+        else:
+            axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.yaxis.set_major_formatter(ScalarFormatter())
         axes.grid(alpha=0.3)
     figure.axes[1].legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=_DOTS_PER_INCH)
