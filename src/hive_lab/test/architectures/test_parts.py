@@ -56,6 +56,14 @@ def test_every_node_pays_for_itself():
     assert bills[:2] == bills[2:]
 
 
+def drawn_in(moves, duration, goal):
+    """Return what a robot draws in a time [s] in which it drives from its start to a goal."""
+    body = moves.characteristics
+    way = NodePathLengths(body.radius, lambda _: None).length(poses(41)[40], goal)
+    friction = friction_force(body.friction_coefficient, body.mass + 10.0)
+    return body.idle_power * duration + friction * way
+
+
 def test_a_drive_draws_what_friction_takes_with_the_load_on_board(robot):
     trial, moves = robot
     ended = []
@@ -65,13 +73,9 @@ def test_a_drive_draws_what_friction_takes_with_the_load_on_board(robot):
     moves.body.start(split_task(GO)[0], ended.append)
     trial.network.run(200.0)
 
-    body = moves.characteristics
-    standing = body.idle_power * 200.0
-    way = NodePathLengths(body.radius, lambda _: None).length(poses(41)[40], A)
-    friction = friction_force(body.friction_coefficient, body.mass + 10.0)
     assert len(ended) == 1
     assert moves.body.pose == A
-    assert moves.body.drawn - before == pytest.approx(standing + friction * way)
+    assert moves.body.drawn - before == pytest.approx(drawn_in(moves, 200.0, A))
     assert moves.body.battery.level == moves.body.battery.measured.level < 1.0
 
 
@@ -108,10 +112,11 @@ def test_a_drive_to_another_goal_begins_anew():
     moves.body.cancel()
 
     moves.body.start(second, lambda _: ended.append(second))
-    trial.network.run(200.0)
+    trial.network.run(205.5)
 
     assert moves.body.pose == B
     assert ended == [second]
+    assert moves.body.drawn == pytest.approx(drawn_in(moves, 205.0, B))
 
 
 def test_a_body_whose_process_is_killed_stands_still(robot):
