@@ -13,11 +13,13 @@ import subprocess
 import sys
 import threading
 import time
+from itertools import product
 from pathlib import Path
 
 import pytest
 import rospy
 import yaml
+from blackboard.msg import RobotStatus
 from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
@@ -30,12 +32,16 @@ from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
 from hive_common.resources import package_folder
+from hive_lab.live.connections import is_heard
 from hive_lab.runner.limits import PATIENCE
 
 HERE = Path(__file__).parent
 SCREEN = "1366x768x24"
 BIDS_WITHIN = 60.0
 """Longest auction [s]: nobody who is slow on a busy machine is left out."""
+
+LAB_ROBOTS = tuple(f"/robot{number}/robot" for number in range(1, 5))
+"""The nodes of the lab's robots."""
 
 FAST, SLOW = 3.0, 0.1
 """Simulated time per real time, and where robots must not get far."""
@@ -114,6 +120,23 @@ def hive_window(application, hive, tmp_path_factory):
         return window.view.robot_rows.rowCount() == 4
 
     person.wait_until(all_here)
+    # What is said before a connection stands is lost, a robot that has not joined the hive yet
+    # answers no call, and an auction would wait for either.
+    hives = {}
+    statuses = rospy.Subscriber(
+        "/robot_status", RobotStatus, lambda told: hives.update({told.robot_id: told.hive})
+    )
+    person.wait_until(lambda: len(hives) == len(LAB_ROBOTS) and all(hives.values()))
+    statuses.unregister()
+    members = ("/blackboard", *LAB_ROBOTS)
+    links = (
+        *product(members, ("/task_bc", "/task_assign"), LAB_ROBOTS),
+        *product(LAB_ROBOTS, ("/task_cost", "/robot_status", "/task_state"), members),
+        *product(members, ("/task_state", "/bb_sync"), [rospy.get_name()]),
+        *product(LAB_ROBOTS, ["/task_cost"], [rospy.get_name()]),
+    )
+    for link in links:
+        person.wait_until(lambda link=link: is_heard(*link))
     window.view.show_box.setCurrentText("all tasks")
     _RUNNING.callback(window.deleteLater)
     _RUNNING.callback(desk.stop)

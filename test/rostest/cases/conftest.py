@@ -12,7 +12,9 @@ import pytest
 import rosgraph
 import rospy
 from hive_operator import ROBOTS, Operator
-from launching import Launches, is_heard, publishers_of, wait_until_empty
+from launching import Launches, publishers_of, wait_until_empty
+
+from hive_lab.live.connections import is_heard
 
 
 def pytest_configure(config):

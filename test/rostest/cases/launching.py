@@ -79,19 +79,6 @@ def sockets_of(started):
     return found
 
 
-def is_heard(node, topic, listener):
-    """Return whether what a node says on a topic goes to a listener.
-
-    A listener knows of a connection before it stands; who speaks knows of it afterwards.
-    """
-    with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        uri = rosgraph.Master("/operator").lookupNode(node)
-        with xmlrpc.client.ServerProxy(uri) as slave:
-            links = slave.getBusInfo("/operator")[2]
-        return any((link[1], link[2], link[4]) == (listener, "o", topic) for link in links)
-    return False
-
-
 def publishers_of(topic):
     """Return how many publishers of a topic the master knows."""
     return len(dict(rosgraph.Master("/operator").getSystemState()[0]).get(topic, ()))

@@ -13,8 +13,10 @@ import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
 from hive_operator import HOME, ROBOTS, STATES, Operator, apart, slow_motion, task
-from launching import Launches, is_heard, kill, wait_until_empty
+from launching import Launches, kill, wait_until_empty
 from simenv.srv import Remove
+
+from hive_lab.live.connections import is_heard
 
 PORTER = Path(__file__).resolve().parents[2] / "models" / "porter.yaml"
 SECOND_FLEET = Path(__file__).resolve().parents[2] / "launch" / "second_fleet.launch"
