@@ -98,6 +98,24 @@ def test_a_robot_does_not_do_again_what_it_has_done_when_an_order_comes_late():
     assert [update.state for _, update in said[count:]] == [TaskState.DONE]
 
 
+def test_the_tasks_of_a_dispatched_robot_that_died_go_to_others():
+    trial = Trial(4, seed=1)
+    trial.begin(CentralFleet(trial))
+    trial.network.run(WARM_UP + 5.0)
+    given_to = []
+    trial.network.said = lambda _sender, topic, order: (
+        given_to.append(order.robot_id) if topic == TASK_ASSIGN else None
+    )
+
+    trial.kill("robot1")
+    trial.network.run(WARM_UP + 15.0)
+    given_to.clear()
+    trial.network.run(WARM_UP + 1000.0)
+
+    assert trial.ledger.is_all_done
+    assert "robot1" not in given_to
+
+
 def test_whoever_got_a_task_calls_for_bids_on_it():
     trial = Trial(4, seed=1)
     said = said_on(trial, TASK_BROADCAST)

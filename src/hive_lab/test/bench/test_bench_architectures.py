@@ -6,6 +6,7 @@ import json
 import pytest
 from PIL import Image
 
+from hive_common.errors import FileError
 from hive_lab.architectures.kinds import ARCHITECTURES
 from hive_lab.architectures.run import CONDITIONS, Outcome
 from hive_lab.bench.architectures import measure, picture
@@ -72,6 +73,14 @@ def test_what_has_been_kept_is_drawn(tmp_path):
     for name in ("figures.png", "faults.png"):
         with Image.open(tmp_path / name) as image:
             assert len(image.getcolors(maxcolors=1_000_000)) > 100
+
+
+def test_a_file_without_some_of_the_runs_is_refused_in_words(tmp_path):
+    file = tmp_path / "runs.jsonl"
+    keep(file, (4,), (4,), seeds=1)
+
+    with pytest.raises(FileError, match=r"no run 'report, 2 robots, usual, seed 1'; `./hive"):
+        picture.read(file)
 
 
 def keep(file, sizes, faulty, seeds, **changes):

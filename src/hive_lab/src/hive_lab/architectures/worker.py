@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.journal import MemoryJournal
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 SETTINGS = RobotSettings(cost_model="latency")
 
 
-class Worker:
+class Worker(ABC):
     """Does one task after the other; a subclass says who hears its status.
 
     It learns what steps take as the hive's robots do. It has nothing of what those have for a
@@ -77,9 +78,9 @@ class Worker:
         self._tell_status()
 
     @property
+    @abstractmethod
     def listeners(self) -> Collection[str]:
         """The names of the nodes that hear its status."""
-        raise NotImplementedError
 
     @property
     def at_work(self) -> bool:
@@ -100,7 +101,7 @@ class Worker:
             pace=self._learning.experience.learned,
         )
 
-    def task_ended(self) -> None:
+    def task_ended(self) -> None:  # noqa: B027  (a subclass need not do anything)
         """Do what a subclass does when a task has ended."""
 
     def _note_pose(self, pose: Pose) -> None:

@@ -18,6 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, ScalarFormatter
 
+from hive_common.errors import FileError
 from hive_lab.architectures.kinds import ARCHITECTURES
 from hive_lab.architectures.trial import PROBED_AT
 from hive_lab.bench.architectures.measure import FAULTY, SIZES, Group, groups, over_seeds, run_name
@@ -54,7 +55,11 @@ _DOTS_PER_INCH = 110
 
 
 def read(file: Path) -> Runs:
-    """Return the runs of a file that `--resume` has written, by what they have in common."""
+    """Return the runs of a file that `--resume` has written, by what they have in common.
+
+    Raises:
+        FileError: It holds something else, or some of the runs are missing.
+    """
     kept = KeptRuns(file)
     known = set(kept.names)
     runs: dict[Group, list[Mapping[str, Any]]] = {}
@@ -63,6 +68,11 @@ def read(file: Path) -> Runs:
         while (name := run_name(group, seed)) in known:
             runs.setdefault(group, []).append(kept[name])
             seed += 1
+        if group not in runs:
+            raise FileError(
+                f"{file}: no run {run_name(group, 1)!r}; "
+                f"`./hive bench architectures --resume {file}` makes all that are missing"
+            )
     return runs
 
 
@@ -77,9 +87,8 @@ def draw_figures(runs: Runs, path: Path) -> None:
         for (key, kind), style, colour in zip(
             ARCHITECTURES.items(), _STYLES, _COLOURS, strict=True
         ):
-            found = [(size, runs.get(Group(size, "usual", key))) for size in sizes]
-            points = [(size, factor * over_seeds(each)[name]) for size, each in found if each]
-            axes.plot(*zip(*points, strict=True), style, color=colour, label=kind.title, ms=5)
+            values = [factor * over_seeds(runs[Group(size, "usual", key)])[name] for size in sizes]
+            axes.plot(sizes, values, style, color=colour, label=kind.title, ms=5)
         axes.set(title=title, xscale="log", yscale=scale, xlabel="robots")
         axes.title.set_fontsize(10)
         axes.set_xticks(sizes, list(map(str, sizes)))
@@ -128,7 +137,10 @@ def _draw_done(
 def main() -> None:
     """Draw the runs of one file into a folder."""
     file, folder = map(Path, sys.argv[1:3])
-    runs = read(file)
+    try:
+        runs = read(file)
+    except FileError as error:
+        sys.exit(str(error))
     draw_figures(runs, folder / "architectures.png")
     draw_faults(runs, FAULTY[-1], folder / "architectures_faults.png")
 
