@@ -6,7 +6,7 @@ import sys
 import pytest
 from python_qt_binding.QtCore import QSettings
 
-from fleet_manager.client.comparison_files import PAGE, SHOWN, TABLE
+from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from fleet_manager.gui.benchmarks import Benchmarks
 from hive_lab.runner.limits import CASE
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An experiment runs as a whole system on ROS, also while the blackboard is killed."""
+"""An experiment runs as a whole system on ROS, also while processes stand still and die."""
 
 import json
 import os
@@ -17,7 +17,7 @@ EXPERIMENT = """\
 fleet: lab
 scenario: ./smoke.yaml
 run_on: simulator
-faults: [{after: 5, kill: blackboard}]
+faults: [{after: 3, freeze: robot2, seconds: 2}, {after: 5, kill: blackboard}]
 """
 
 

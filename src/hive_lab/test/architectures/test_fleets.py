@@ -11,9 +11,10 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from hive_lab.architectures.central import DISPATCHER, CentralFleet, DispatchedRobot
 from hive_lab.architectures.contract_net import ContractNet
 from hive_lab.architectures.grounds import poses
-from hive_lab.architectures.kinds import ARCHITECTURES
+from hive_lab.architectures.hall_trial import HallTrial
+from hive_lab.architectures.kinds import ARCHITECTURES, report
 from hive_lab.architectures.run import run
-from hive_lab.architectures.trial import WARM_UP, Trial
+from hive_lab.architectures.trial import WARM_UP
 
 HIVES = tuple(name for name, kind in ARCHITECTURES.items() if kind.is_hive)
 GO = Task("T1", TaskType.GA, poses(1))
@@ -67,7 +68,7 @@ def test_the_same_seed_gives_the_same_run():
 
 
 def test_a_dispatched_robot_never_has_more_than_one_task():
-    trial = Trial(3, seed=1)
+    trial = HallTrial(3, seed=1)
     said = said_on(trial, ROBOT_STATUS)
 
     trial.begin(CentralFleet(trial))
@@ -78,11 +79,11 @@ def test_a_dispatched_robot_never_has_more_than_one_task():
 
 
 def test_a_robot_does_not_do_again_what_it_has_done_when_an_order_comes_late():
-    trial = Trial(2, seed=1, posts=[(0.0, GO)])
+    trial = HallTrial(2, seed=1, posts=[(0.0, GO)])
     robot = trial.robots["robot1"]
     dispatcher = trial.boot(DISPATCHER)
     dispatcher.subscribe(TASK_STATE, lambda _: None)
-    DispatchedRobot(robot, trial.boot("robot1"), trial.path_lengths()(0.3)).start()
+    DispatchedRobot(robot, trial.boot("robot1"), trial.path_lengths()(0.3), "latency").start()
     said = said_on(trial, TASK_STATE)
     order = Order(GO, "robot1", assignment=1, hive=DISPATCHER)
 
@@ -99,7 +100,7 @@ def test_a_robot_does_not_do_again_what_it_has_done_when_an_order_comes_late():
 
 
 def test_the_tasks_of_a_dispatched_robot_that_died_go_to_others():
-    trial = Trial(4, seed=1)
+    trial = HallTrial(4, seed=1)
     trial.begin(CentralFleet(trial))
     trial.network.run(WARM_UP + 5.0)
     given_to = []
@@ -117,7 +118,7 @@ def test_the_tasks_of_a_dispatched_robot_that_died_go_to_others():
 
 
 def test_whoever_got_a_task_calls_for_bids_on_it():
-    trial = Trial(4, seed=1)
+    trial = HallTrial(4, seed=1)
     said = said_on(trial, TASK_BROADCAST)
 
     trial.begin(ContractNet(trial))
@@ -129,7 +130,7 @@ def test_whoever_got_a_task_calls_for_bids_on_it():
 
 
 def test_managers_auction_the_tasks_of_a_robot_that_died_again():
-    trial = Trial(4, seed=1)
+    trial = HallTrial(4, seed=1)
     fleet = ContractNet(trial)
     trial.begin(fleet)
     trial.network.run(WARM_UP + 30.0)
@@ -147,10 +148,10 @@ def test_managers_auction_the_tasks_of_a_robot_that_died_again():
 
 
 def test_a_robot_of_the_report_puts_what_it_is_given_at_the_end_of_its_list():
-    trial = Trial(2, seed=1)
+    trial = HallTrial(2, seed=1)
     said = said_on(trial, ROBOT_STATUS)
 
-    trial.begin(ARCHITECTURES["report"].put_into(trial))
+    trial.begin(report(trial))
     trial.network.run(WARM_UP + 200.0)
 
     for robot in trial.robots:

@@ -6,8 +6,9 @@ import pytest
 from blackboard.costing.cost import friction_force
 from blackboard.domain.task import StepKind, Task, TaskType, split_task
 from hive_lab.architectures.grounds import NodePathLengths, poses
+from hive_lab.architectures.hall_trial import HallTrial
 from hive_lab.architectures.ledger import Ledger
-from hive_lab.architectures.trial import WARM_UP, Trial
+from hive_lab.architectures.trial import WARM_UP
 
 A, B, C = poses(3)
 GO = Task("T1", TaskType.GAB, (A, B), payload=10.0)
@@ -15,7 +16,7 @@ GO = Task("T1", TaskType.GAB, (A, B), payload=10.0)
 
 def trial_robot():
     """Return a trial whose operator has posted nothing yet, and its first robot."""
-    trial = Trial(2, seed=1, posts=[(0.0, GO)])
+    trial = HallTrial(2, seed=1, posts=[(0.0, GO)])
     trial.boot("robot1")
     return trial, trial.robots["robot1"]
 
@@ -160,7 +161,7 @@ def test_a_load_is_on_board_from_its_pick_on():
 
 
 def test_all_architectures_get_the_same_tasks_at_the_same_times():
-    first, second, other = Trial(3, seed=1), Trial(3, seed=1), Trial(3, seed=2)
+    first, second, other = HallTrial(3, seed=1), HallTrial(3, seed=1), HallTrial(3, seed=2)
 
     assert first.posts == second.posts
     assert first.posts != other.posts
@@ -180,7 +181,7 @@ class Deaf:
 
 
 def test_the_operator_turns_to_another_node_when_the_first_does_not_answer():
-    trial = Trial(2, seed=1)
+    trial = HallTrial(2, seed=1)
     heard = []
     for name in ("a", "b"):
         trial.boot(name).subscribe("new_task", lambda task, name=name: heard.append((name, task)))

@@ -12,7 +12,6 @@ from hive_lab.compare.command import compare
 from hive_lab.compare.experiment import read_experiment
 from hive_lab.compare.results import Results, load
 from hive_lab.compare.run_all import Progress, run_all
-from hive_lab.compare.virtual_run import run_virtual
 
 FLEET = """\
 robots:
@@ -42,33 +41,6 @@ def mine(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(EXPERIMENT, encoding="utf-8")
     return path
-
-
-def virtual(mine, faults=""):
-    """Run the first variant of an experiment; return its report."""
-    mine.write_text(EXPERIMENT + faults, encoding="utf-8")
-    experiment = read_experiment(str(mine))
-    fleet, scenario = experiment.fleet_of(experiment.variants[0]), experiment.scenario_of(1)
-    result = run_virtual(fleet, scenario, 1, experiment.faults, lambda _now, _ended: None)
-    return result.report
-
-
-def test_a_run_on_virtual_time_gives_the_same_report_again(mine):
-    first, again = (virtual(mine) for _ in range(2))
-
-    assert first["all_done"]
-    assert first["tasks"] == again["tasks"]
-    assert first["robots"] == again["robots"]
-    assert all(robot["distance"] > 1.0 and robot["energy"] > 0 for robot in first["robots"])
-
-
-def test_a_robot_that_is_killed_does_nothing_more_and_the_other_does_its_task(mine):
-    whole = virtual(mine)
-    broken = virtual(mine, "faults: [{after: 1, kill: robot1}]\n")
-
-    assert {task["robot"] for task in whole["tasks"]} == {"robot1", "robot2"}
-    assert broken["all_done"]
-    assert {task["robot"] for task in broken["tasks"]} == {"robot2"}
 
 
 def test_an_experiment_is_run_shown_and_can_be_repeated_from_its_folder(mine, tmp_path, capsys):

@@ -8,7 +8,7 @@ import math
 import pytest
 from PIL import Image
 
-from fleet_manager.client.comparison_files import PAGE, SHOWN, TABLE
+from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from hive_common.errors import FileError
 from hive_lab.compare.figures import as_text, figures_of, table_of
 from hive_lab.compare.results import Results, load, save, show, side_by_side
@@ -41,7 +41,7 @@ def results(tmp_path):
         "a machine",
         {"planned, latency": [report(12.0, 22.0), report(32.0, seed=2)]},
         {"planned, latency, seed 1": picture},
-        {"experiment.yaml": "fleet: ./fleet.yaml\n"},
+        {"experiment.yaml": b"fleet: ./fleet.yaml\n", "maps/mine.pgm": b"P5 \xff"},
     )
     save(folder, found)
     return folder, found

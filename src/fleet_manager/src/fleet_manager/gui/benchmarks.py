@@ -34,7 +34,7 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 
-from fleet_manager.client.comparison_files import PAGE, SHOWN, TABLE
+from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from fleet_manager.client.formats import duration
 from fleet_manager.gui.experiment_form import ExperimentForm
 from hive_common.resources import names_in, package_folder

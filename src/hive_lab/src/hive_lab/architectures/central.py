@@ -10,11 +10,11 @@ from blackboard.auction.central import Central
 from blackboard.auction.plan_maker import PlanMaker
 from blackboard.auction.step import PLANS, WORTH, MakePlan
 from blackboard.costing.bid_basis import Bids
+from blackboard.costing.cost import measure_for
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
 from blackboard.domain.task import TaskState
 from hive_lab.architectures.task_book import LOST, TaskBook
-from hive_lab.architectures.trial import MODELS, characteristics
 from hive_lab.architectures.worker import Worker
 from hive_lab.virtual.inline_searcher import InlineSearcher
 
@@ -67,10 +67,17 @@ class Dispatcher:
     Args:
         talker: Of the node.
         path_lengths_for: Gives the path lengths for a robot of a radius [m].
+        radius: Of the smallest robot [m].
+        cost_model: Of the robots, which says what plans minimize.
     """
 
-    def __init__(self, talker: Talker, path_lengths_for: Callable[[float], PathLengths]) -> None:
-        radius = characteristics(MODELS[0]).radius
+    def __init__(
+        self,
+        talker: Talker,
+        path_lengths_for: Callable[[float], PathLengths],
+        radius: float,
+        cost_model: str,
+    ) -> None:
         self._talker = talker
         self._book = TaskBook(talker, DISPATCHER, path_lengths_for(radius))
         self._lists: dict[str, tuple[str, ...]] = {}  # what each robot does next, by plan
@@ -84,7 +91,7 @@ class Dispatcher:
         )
         searcher = InlineSearcher(talker)
         self._planner = PlanMaker(
-            talker, central, _SETTINGS.improve_by, searcher, self._follow, self._plan
+            talker, central, measure_for(cost_model), searcher, self._follow, self._plan
         )
 
     def start(self) -> None:
@@ -202,10 +209,12 @@ class CentralFleet:
     coordinator = DISPATCHER
 
     def __init__(self, trial: Trial) -> None:
-        Dispatcher(trial.boot(DISPATCHER), trial.path_lengths()).start()
+        model = trial.choices.cost_model
+        talker = trial.boot(DISPATCHER)
+        Dispatcher(talker, trial.path_lengths(), trial.least_radius, model).start()
         for name, robot in trial.robots.items():
             path_lengths = trial.path_lengths()(robot.characteristics.radius)
-            DispatchedRobot(robot, trial.boot(name), path_lengths).start()
+            DispatchedRobot(robot, trial.boot(name), path_lengths, model).start()
 
     def receivers(self, _: Random) -> None:
         """Post to whoever listens, which only the dispatcher does."""

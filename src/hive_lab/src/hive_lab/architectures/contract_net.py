@@ -14,7 +14,6 @@ from blackboard.auction.auction import Auction
 from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.record import Broadcast
-from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import (
     NEW_TASK,
     ROBOT_STATUS,
@@ -23,7 +22,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from hive_lab.architectures.task_book import TaskBook
-from hive_lab.architectures.worker import SETTINGS, Worker
+from hive_lab.architectures.worker import Worker
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from hive_lab.architectures.trial import Trial, TrialRobot
 
-_BID_TIMEOUT = BlackboardSettings().bid_timeout
 _AGAIN = 5.0  # what nobody could take is auctioned again after this time [s]
 _LOOK = 1.0  # time between two looks for lost robots and lost orders [s]
 
@@ -44,9 +42,11 @@ _LOOK = 1.0  # time between two looks for lost robots and lost orders [s]
 class Contractor(Worker):
     """Bids whenever a manager calls, each time as if nothing else was on offer."""
 
-    def __init__(self, robot: TrialRobot, talker: Talker, path_lengths: PathLengths) -> None:
-        super().__init__(robot, talker, path_lengths)
-        model = COST_MODELS[SETTINGS.cost_model]
+    def __init__(
+        self, robot: TrialRobot, talker: Talker, path_lengths: PathLengths, cost_model: str
+    ) -> None:
+        super().__init__(robot, talker, path_lengths, cost_model)
+        model = COST_MODELS[cost_model]
         self._bidder = Bidder(self.name, self.body, self.battery, self.schedule, model)
 
     def start(self) -> None:
@@ -73,6 +73,7 @@ class Manager:
         number: Of the robot; calls for bids and the answers to them carry it as their epoch.
         robots: The names of all robots.
         path_lengths: Of the robot.
+        bid_timeout: How long it waits for bids at most [s].
 
     Attributes:
         book: Its tasks.
@@ -85,7 +86,9 @@ class Manager:
         number: int,
         robots: frozenset[str],
         path_lengths: PathLengths,
+        bid_timeout: float,
     ) -> None:
+        self._bid_timeout = bid_timeout
         self.book = TaskBook(talker, name, path_lengths)
         self._talker = talker
         self._name = name
@@ -128,7 +131,7 @@ class Manager:
         offers = ((record.task, record.step),)
         call = Broadcast(self._number, self._auctions, offers, self._name)
         self._talker.publish(TASK_BROADCAST, call)
-        self._timer = self._talker.after(_BID_TIMEOUT, self._close)
+        self._timer = self._talker.after(self._bid_timeout, self._close)
 
     def _hear_bids(self, bids: Bids) -> None:
         self._silent -= {bids.robot_id}
@@ -180,9 +183,10 @@ class ContractNet:
         for number, (name, robot) in enumerate(trial.robots.items(), start=1):
             talker = trial.boot(name)
             path_lengths = trial.path_lengths()(robot.characteristics.radius)
-            manager = Manager(talker, name, number, names, path_lengths)
+            timeout = trial.choices.bid_timeout
+            manager = Manager(talker, name, number, names, path_lengths, timeout)
             self.managers[name] = manager
-            Contractor(robot, talker, path_lengths).start()
+            Contractor(robot, talker, path_lengths, trial.choices.cost_model).start()
             manager.start()
 
     @property

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import RaftNode
+from blackboard.costing.cost import measure_for
 from blackboard.domain.settings import (
-    STANDING_BY,
     BlackboardSettings,
     ControllerSettings,
     RaftSettings,
@@ -19,15 +19,14 @@ from blackboard.domain.settings import (
 from blackboard.domain.task import StepKind
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
-from hive_lab.architectures.trial import MODELS, characteristics
 from hive_lab.virtual.inline_searcher import InlineSearcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hive_lab.architectures.grounds import NodePathLengths
-    from hive_lab.architectures.metering import MeteredTalker
+    from blackboard.domain.path_lengths import PathLengths
     from hive_lab.architectures.trial import Trial, TrialRobot
+    from hive_lab.fault_schedules.faulty_network import HostTalker
 
 BLACKBOARD = "blackboard"
 
@@ -43,31 +42,38 @@ class AppendingRobot(Robot):
 class Hive:
     """A hive in a trial; see `trial.Architecture`.
 
-    As a launched fleet has it, the blackboard node and the first `STANDING_BY` robots can carry
+    As a launched fleet has it, the blackboard node and the first robots, which stand by, can carry
     the blackboard. The other robots hold the task list.
 
     Args:
-        trial: The fleet.
-        settings: How the blackboard decides.
-        cost_model: With which robots bid.
+        trial: The fleet, and how it decides.
         robot: The class of the robots.
+        decision: How the blackboard decides, whatever the trial says.
+        most_bids: Calls for bids are for so many tasks at most.
     """
 
     def __init__(
         self,
         trial: Trial,
-        settings: BlackboardSettings,
-        cost_model: str,
         robot: type[Robot] = Robot,
+        *,
+        decision: str = "",
+        most_bids: int = BlackboardSettings().most_bids,
     ) -> None:
+        choices = trial.choices
         self._trial = trial
-        self._settings = settings
-        self._robot_settings = RobotSettings(cost_model=cost_model)
+        self._settings = BlackboardSettings(
+            decision=decision or choices.decision,
+            improve_by=measure_for(choices.cost_model),
+            bid_timeout=choices.bid_timeout,
+            most_bids=most_bids,
+        )
+        self._robot_settings = RobotSettings(cost_model=choices.cost_model)
         self._robot = robot
         self._nodes: dict[str, RaftNode] = {}
         self._join(BLACKBOARD, stands_by=True).start()
         for number, each in enumerate(trial.robots.values()):
-            self._join(each.name, stands_by=number < STANDING_BY, robot=each).start()
+            self._join(each.name, stands_by=number < choices.stand_by, robot=each).start()
 
     @property
     def coordinator(self) -> str:
@@ -95,7 +101,7 @@ class Hive:
             Blackboard(
                 talker,
                 node,
-                lengths(characteristics(MODELS[0]).radius),
+                lengths(self._trial.least_radius),
                 self._settings,
                 path_lengths_for=lengths,
                 searcher=InlineSearcher(talker),
@@ -107,9 +113,9 @@ class Hive:
     def _add(
         self,
         robot: TrialRobot,
-        talker: MeteredTalker,
+        talker: HostTalker,
         node: RaftNode,
-        lengths: Callable[[float], NodePathLengths],
+        lengths: Callable[[float], PathLengths],
     ) -> None:
         body = robot.body
         commands = dict.fromkeys(StepKind, body)
@@ -124,6 +130,7 @@ class Hive:
             self._robot_settings,
             MemoryJournal(),
             node,
+            self._trial.choices.charging,
         )
         body.moved = made.set_pose
         made.start()

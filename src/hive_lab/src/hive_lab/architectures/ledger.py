@@ -28,13 +28,15 @@ class Ledger:
         self.done: dict[str, list[float]] = {}
 
     def load_during(self, step: TaskStep) -> float:
-        """Return what is on board while a step is done [kg]."""
-        task = self._tasks[step.task_id]
-        return domain.load_during(task, split_task(task).index(step))
+        """Return what is on board while a step is done [kg]; nothing, if it is of no task."""
+        task = self._tasks.get(step.task_id)
+        steps = split_task(task) if task is not None else []
+        return domain.load_during(task, steps.index(step)) if task and step in steps else 0.0
 
     def note(self, step: TaskStep, now: float) -> None:
         """Note that a body has done a step."""
-        if step == split_task(self._tasks[step.task_id])[-1]:
+        task = self._tasks.get(step.task_id)
+        if task is not None and step == split_task(task)[-1]:
             self.done.setdefault(step.task_id, []).append(now)
 
     @property

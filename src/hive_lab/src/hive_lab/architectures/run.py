@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hive_lab.architectures.hall_trial import PROBED_AT, HallTrial
 from hive_lab.architectures.kinds import ARCHITECTURES
-from hive_lab.architectures.trial import OPERATOR, PROBED_AT, WARM_UP, Trial
+from hive_lab.architectures.trial import OPERATOR, WARM_UP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -99,9 +100,10 @@ def _warm_up() -> None:
 
 
 def _measure(architecture: str, robots: int, goes_wrong: Condition, seed: int) -> Outcome:
-    trial = Trial(robots, seed, goes_wrong.loss)
+    kind = ARCHITECTURES[architecture]
+    trial = HallTrial(robots, seed, goes_wrong.loss, choices=kind.choices)
     network, ledger = trial.network, trial.ledger
-    fleet = ARCHITECTURES[architecture].put_into(trial)
+    fleet = kind.put_into(trial)
     trial.begin(fleet)
     if goes_wrong.killed:
         network.run(WARM_UP + PROBED_AT)
@@ -115,7 +117,7 @@ def _measure(architecture: str, robots: int, goes_wrong: Condition, seed: int) -
     spent = sorted(each.spent for each in accounts)
     messages = sum(each.messages for each in accounts)
     size = sum(each.size for each in accounts)
-    energy = sum(each.body.drawn for each in trial.robots.values())
+    energy = sum(body.drawn for body in trial.bodies.values())
     network.run(network.now + _AFTERWARDS)
     tasks = len(trial.posts)
     times = ledger.times_to_done or [math.nan]

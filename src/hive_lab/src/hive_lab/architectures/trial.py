@@ -3,50 +3,74 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
-from random import Random
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-import yaml
-
-from blackboard.domain.characteristics import characteristics_from
+from blackboard.domain.settings import STANDING_BY, BlackboardSettings
 from blackboard.domain.talker import BB_VOTE, NEW_TASK, TASK_STATE
-from blackboard.domain.task import Task, TaskState, TaskType
-from hive_lab.architectures.body import Body
-from hive_lab.architectures.grounds import PLACES, NodePathLengths, free_lengths, poses
+from blackboard.domain.task import TaskState
+from blackboard.robot.charging import ChargingPlan
 from hive_lab.architectures.ledger import Ledger
-from hive_lab.architectures.metering import MeteredNetwork, MeteredTalker
-from robot_description.models import model_path
+from hive_lab.fault_schedules.faulty_network import HostTalker
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
+    from random import Random
 
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import TaskUpdate
-    from hive_lab.fault_schedules.faulty_network import Host
-
-MODELS = ("youbot", "mir100", "fetch", "ld60")  # every second robot has an arm
+    from blackboard.domain.task import Task, TaskStep
+    from blackboard.robot.executor import CommandResult
+    from hive_common.pose import Pose
+    from hive_lab.fault_schedules.faulty_network import FaultyNetwork
+    from hive_lab.fleets.true_battery import TrueBattery
 
 OPERATOR = "operator"
 WARM_UP = 10.0  # time until the first task is posted [s]
 
-AT_ONCE = 2  # tasks for each robot that are posted at once
-PER_HOUR = 30.0  # mean rate at which more tasks are posted, for each robot [1/h] ...
-MINUTES = 5.0  # ... and for how long [min]
-PROBED_AT = 60.0  # one more task is posted then, the moment at which a coordinator is killed [s]
-
 _REPEAT = 1.5  # a task that nobody has answered is posted again after this time [s]
 _PATIENCE = 5  # posts to one node before the operator turns to another
-_PAYLOAD = 0.4  # of tasks with an arm [kg]; every arm lifts it
-_KINDS = (TaskType.GA, TaskType.GAB, TaskType.GPAB)
 
 
-@cache
-def characteristics(model: str) -> RobotCharacteristics:
-    """Return the characteristics of a robot model."""
-    return characteristics_from(yaml.safe_load(model_path(model).read_text("utf-8")))
+@dataclass(frozen=True)
+class Choices:
+    """How a fleet decides, as its fleet file says it.
+
+    Attributes:
+        decision: Of the hive; the other architectures decide in their own ways.
+        cost_model: How robots work out what a task costs them, and what plans minimize.
+        bid_timeout: How long an auction waits for bids at most [s].
+        stand_by: How many robots, the first ones, can carry the hive's blackboard.
+        charging: Where and when the hive's robots charge.
+    """
+
+    decision: str = "planned"
+    cost_model: str = "latency"
+    bid_timeout: float = BlackboardSettings().bid_timeout
+    stand_by: int = STANDING_BY
+    charging: ChargingPlan = field(default_factory=ChargingPlan)
+
+
+class TrialBody(Protocol):
+    """Wheels, arm and battery of a robot; it does steps as a `blackboard.robot.executor.Command`.
+
+    Attributes:
+        pose: Where it is [map frame].
+        battery: What it really has.
+        moved: Called in the robot's process with the pose when it has changed.
+    """
+
+    pose: Pose
+    battery: TrueBattery
+    moved: Callable[[Pose], None]
+
+    def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
+        """Begin a step."""
+
+    def cancel(self) -> None:
+        """Stop."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +79,7 @@ class TrialRobot:
 
     name: str
     characteristics: RobotCharacteristics
-    host: Host
-    body: Body
+    body: TrialBody
 
 
 class Architecture(Protocol):
@@ -70,18 +93,17 @@ class Architecture(Protocol):
         """Return which nodes a task may be posted to, one after the other; None means all."""
 
 
-class Trial:
-    """A fleet in the hall.
+class Trial(ABC):
+    """A fleet, an operator, and what is posted.
 
     Args:
-        robots: How many.
-        seed: Of the tasks, of the drives and of the network.
-        loss: Share of the messages between two nodes that are lost.
-        posts: What is posted and when [s after the first]; by default drawn.
+        network: All of them are on it.
+        random: The source of every chance.
+        posts: What is posted and when [s after the first].
+        choices: How the fleet decides.
 
     Attributes:
-        posts: The same.
-        network: All of them are on it.
+        network, random, posts, choices: The same.
         robots: By their names.
         ledger: What they have done.
         answered: When the operator first heard of each task, by its id [s].
@@ -89,47 +111,45 @@ class Trial:
 
     def __init__(
         self,
-        robots: int,
-        seed: int,
-        loss: float = 0.0,
-        posts: Sequence[tuple[float, Task]] | None = None,
+        network: FaultyNetwork,
+        random: Random,
+        posts: Sequence[tuple[float, Task]],
+        choices: Choices | None = None,
     ) -> None:
-        self.random = Random(seed)
-        self.network = MeteredNetwork(self.random, loss)
+        self.network = network
+        self.random = random
+        self.posts = posts
+        self.choices = choices or Choices()
         self.answered: dict[str, float] = {}
-        self.posts = tuple(_draw(robots, seed) if posts is None else posts)
-        self.ledger = Ledger(task for _, task in self.posts)
+        self.ledger = Ledger(task for _, task in posts)
         self.robots: dict[str, TrialRobot] = {}
-        starts = poses(PLACES + robots)[PLACES:]
-        for index, start in enumerate(starts):
-            name = f"robot{index + 1}"
-            body = characteristics(MODELS[index % len(MODELS)])
-            host = self.network.add_host(name)
-            drives = np.random.default_rng((seed, index))
-            lengths = free_lengths(body.radius)
-            moves = Body(host, body, start, lengths, drives, self.ledger)
-            self.robots[name] = TrialRobot(name, body, host, moves)
-        self._operator = self.network.add_host(OPERATOR)
+        self._operator = network.add_host(OPERATOR)
         self._operator.boot()
         self._operator.handlers[TASK_STATE] = [self._hear]
 
-    def boot(self, name: str) -> MeteredTalker:
+    def add(self, robot: TrialRobot) -> None:
+        """Add a robot, whose host is on the network."""
+        self.robots[robot.name] = robot
+
+    @property
+    def least_radius(self) -> float:
+        """The radius of the smallest robot [m]: where it cannot drive, nobody can."""
+        return min(robot.characteristics.radius for robot in self.robots.values())
+
+    def boot(self, name: str) -> HostTalker:
         """Start the process of a node, with a host of its own if it is no robot."""
         host = self.network.hosts.get(name) or self.network.add_host(name)
         host.boot()
         host.handlers[BB_VOTE] = []  # like members, it gets only what is meant for it
-        return MeteredTalker(self.network, name)
+        return HostTalker(host, name)
 
-    def path_lengths(self) -> Callable[[float], NodePathLengths]:
+    @abstractmethod
+    def path_lengths(self) -> Callable[[float], PathLengths]:
         """Return a function that gives one node the path lengths for a radius [m]."""
-        return cache(lambda radius: NodePathLengths(radius, self.network.charge))
 
     def begin(self, architecture: Architecture) -> None:
-        """Let the architecture get ready, then post the tasks; accounts begin with the first."""
+        """Let the architecture get ready, then post the tasks."""
         self.network.run(WARM_UP)
-        self.network.accounts.clear()
-        for each in self.robots.values():
-            each.body.drawn = 0.0
         for after, task in self.posts:
             self.network.schedule(after, None, lambda task: self._post(task, architecture), task)
 
@@ -156,17 +176,3 @@ class Trial:
     def _hear(self, update: TaskUpdate) -> None:
         if not update.robot_id or update.state is not TaskState.WAITING:
             self.answered.setdefault(update.task_id, self.network.now)
-
-
-def _draw(robots: int, seed: int) -> Iterator[tuple[float, Task]]:
-    """Yield what is posted and when [s after the first]."""
-    random = np.random.default_rng((seed, robots))
-    later = random.exponential(3600.0 / (PER_HOUR * robots), size=100 * robots).cumsum()
-    arrivals = [PROBED_AT, *(float(at) for at in later if at < 60.0 * MINUTES)]
-    times = [0.0] * (AT_ONCE * robots) + sorted(arrivals)
-    places = poses(PLACES)
-    for number, at in enumerate(times, start=1):
-        kind = _KINDS[random.integers(len(_KINDS))]
-        chosen = random.choice(PLACES, size=kind.goals_needed, replace=False)
-        goals = tuple(places[place] for place in chosen)
-        yield at, Task(f"T{number}", kind, goals, payload=_PAYLOAD if kind.picks else 0.0)

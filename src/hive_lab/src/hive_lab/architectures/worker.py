@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from hive_lab.architectures.trial import TrialRobot
 
-SETTINGS = RobotSettings(cost_model="latency")
+_SETTINGS = RobotSettings()
 
 
 class Worker(ABC):
@@ -42,13 +42,17 @@ class Worker(ABC):
         robot: What it drives.
         talker: Its own.
         path_lengths: For its radius.
+        cost_model: How it works out what a task costs it.
     """
 
-    def __init__(self, robot: TrialRobot, talker: Talker, path_lengths: PathLengths) -> None:
+    def __init__(
+        self, robot: TrialRobot, talker: Talker, path_lengths: PathLengths, cost_model: str
+    ) -> None:
         body, moves = robot.characteristics, robot.body
         self.name = robot.name
         self.talker = talker
         self.body = body
+        self.cost_model = cost_model
         self.battery = moves.battery.measured
         self.pose = moves.pose
         moves.moved = self._note_pose
@@ -60,8 +64,8 @@ class Worker(ABC):
         self.schedule = Schedule(
             body,
             path_lengths,
-            SETTINGS.cost_model,
-            Aging(talker.date, SETTINGS.aging),
+            cost_model,
+            Aging(talker.date, _SETTINGS.aging),
             self._learning.experience,
         )
         commands = dict.fromkeys(StepKind, moves)
@@ -74,7 +78,7 @@ class Worker(ABC):
     def start(self) -> None:
         """Begin to listen, and to tell how it is."""
         self.talker.subscribe(TASK_ASSIGN, self._obey)
-        self.talker.every(SETTINGS.status_period, self._repeat)
+        self.talker.every(_SETTINGS.status_period, self._repeat)
         self._tell_status()
 
     @property
@@ -92,8 +96,8 @@ class Worker(ABC):
         """What its bids are made from."""
         return BidBasis(
             self.body,
-            SETTINGS.cost_model,
-            SETTINGS.aging,
+            self.cost_model,
+            _SETTINGS.aging,
             self.pose,
             self.battery.level,
             self.at_work,

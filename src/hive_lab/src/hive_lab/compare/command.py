@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fleet_manager.cli.context import FileName, new_folder
-from fleet_manager.client.comparison_files import PAGE, TABLE
+from fleet_manager.client.comparison import PAGE, TABLE
 from fleet_manager.ros import command_line
 from hive_common.resources import names_in
 from hive_lab.compare.experiment import Experiment, read_experiment

@@ -12,6 +12,7 @@ import attrs
 
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.settings import DECISIONS
+from fleet_manager.client.comparison import ARCHITECTURES
 from fleet_manager.config.fleet_file import Fleet, read_fleet
 from fleet_manager.config.load import Load
 from fleet_manager.config.places import places_of
@@ -32,16 +33,46 @@ RUN_ON = ("virtual", "simulator")
 """Where an experiment runs: on virtual time in one process, or as a whole system on ROS."""
 
 BLACKBOARD = "blackboard"
+"""In faults, the process that coordinates, whatever the architecture calls it."""
+
+MOST_LOSS = 0.5  # largest share of lost messages
+
+HIVE = "hive"
+"""The architecture that the product is."""
+
+
+_WHO = "the name of a robot, or blackboard"
 
 
 @attrs.frozen(kw_only=True)
-class Kill:
-    """A process that is killed."""
+class Fault:
+    """A process that is killed, or stands still for a while.
+
+    Raises:
+        NotAllowedError: It is neither or both.
+    """
 
     after: Annotated[float, between(0, 86400, "a number of seconds")]
     """From the first posting, on the hive's clock [s]."""
-    kill: Annotated[str, Allowed("the name of a robot, or blackboard")]
-    """Whose process it is."""
+    kill: Annotated[str, Allowed(_WHO)] = ""
+    """Whose process is killed; or `freeze`."""
+    freeze: Annotated[str, Allowed(_WHO)] = ""
+    """Whose process stands still; or `kill`."""
+    seconds: Annotated[float, positive("a number of seconds", 86400)] | None = None
+    """With `freeze`: for how long, on the hive's clock [s]."""
+
+    def __attrs_post_init__(self) -> None:
+        if bool(self.kill) is bool(self.freeze):
+            raise NotAllowedError((), "give either kill or freeze")
+        if bool(self.freeze) is (self.seconds is None):
+            raise NotAllowedError(
+                ("seconds",), "give it with freeze, for how long, and not with kill"
+            )
+
+    @property
+    def process(self) -> str:
+        """Whose process it is: a robot, or the blackboard."""
+        return self.kill or self.freeze
 
 
 @attrs.frozen(kw_only=True)
@@ -63,10 +94,14 @@ class _Content:
     """None: the scenario's; with a load it is needed."""
     map: Annotated[str, Allowed("the name or path of a map")] | None = None
     """What the robots know of the world; None: the scenario's, or that of the world."""
+    architectures: Annotated[
+        tuple[Annotated[str, one_of(*ARCHITECTURES)], ...], listed("architectures", unique=True)
+    ] = ()
+    """How the fleet manager is built; none: the hive."""
     decisions: Annotated[
         tuple[Annotated[str, one_of(*DECISIONS)], ...], listed("decisions", unique=True)
     ] = ()
-    """Who decides; none: as the fleet file says."""
+    """Who decides in the hive; none: as the fleet file says."""
     cost_models: Annotated[
         tuple[Annotated[str, one_of(*COST_MODELS)], ...], listed("cost models", unique=True)
     ] = ()
@@ -79,7 +114,9 @@ class _Content:
     run_on: Annotated[str, one_of(*RUN_ON)] = "virtual"
     rtf: Annotated[float, between(0.1, 20, "simulated time per real time")] = 3.0
     """With `run_on: simulator`: the requested real-time factor."""
-    faults: tuple[Kill, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    loss: Annotated[float, between(0, MOST_LOSS, "a share of the messages")] = 0.0
+    """Share of the messages between two processes that are lost."""
     time_limit: Annotated[float, positive("a number of seconds", 86400)] = 3600.0
     """A run ends then, on the hive's clock [s]."""
 
@@ -92,15 +129,27 @@ class _Content:
 
 @attrs.frozen
 class Variant:
-    """A way to decide."""
+    """A way to decide.
 
+    Attributes:
+        architecture: A name of `ARCHITECTURES`.
+        decision: Of the hive; empty for the others, which decide in their own ways.
+        cost_model: Of the robots.
+    """
+
+    architecture: str
     decision: str
     cost_model: str
 
     @property
     def label(self) -> str:
         """Its name in tables."""
-        return f"{self.decision}, {self.cost_model}"
+        return f"{self.decision or ARCHITECTURES[self.architecture]}, {self.cost_model}"
+
+    @property
+    def file_name(self) -> str:
+        """Its name in the names of files."""
+        return f"{self.decision or self.architecture}-{self.cost_model}"
 
 
 @attrs.frozen(kw_only=True)
@@ -119,8 +168,13 @@ class Experiment(_Content):
         """The ways to decide, in the order of the file."""
         fleet = read_fleet(self.fleet)
         decisions = self.decisions or (fleet.decision,)
+        built = [
+            (architecture, decision)
+            for architecture in self.architectures or (HIVE,)
+            for decision in (decisions if architecture == HIVE else ("",))
+        ]
         models = self.cost_models or (fleet.cost_model,)
-        return tuple(itertools.starmap(Variant, itertools.product(decisions, models)))
+        return tuple(Variant(*way, model) for way, model in itertools.product(built, models))
 
     @property
     def runs(self) -> tuple[tuple[Variant, int], ...]:
@@ -130,7 +184,8 @@ class Experiment(_Content):
     def fleet_of(self, variant: Variant) -> Fleet:
         """Return the fleet as it decides in a variant."""
         fleet = read_fleet(self.fleet)
-        return attrs.evolve(fleet, decision=variant.decision, cost_model=variant.cost_model)
+        decision = variant.decision or fleet.decision
+        return attrs.evolve(fleet, decision=decision, cost_model=variant.cost_model)
 
     def scenario_of(self, seed: int) -> Scenario:
         """Return what is posted in the runs with a seed."""
@@ -167,20 +222,36 @@ def read_experiment(name: str) -> Experiment:
         fleet = read_fleet(experiment.fleet)
     with named_at(path, "load" if experiment.scenario is None else "scenario"):
         experiment.scenario_of(experiment.seeds[0])
-    names = [robot.name for robot in fleet.robots]
-    for number, fault in enumerate(experiment.faults):
-        if fault.kill not in {*names, BLACKBOARD}:
-            problem = (
-                f"'{fault.kill}' is not in the fleet; allowed: {', '.join((*names, BLACKBOARD))}"
-            )
-            raise error_at(path, ("faults", number, "kill"), problem)
-        if fault.kill == BLACKBOARD and experiment.run_on == "virtual":
-            problem = "on virtual time nobody else can lead; set `run_on: simulator`"
-            raise error_at(path, ("faults", number, "kill"), problem)
-    agvs = [robot.name for robot in fleet.robots if robot.is_agv]
-    if agvs and experiment.run_on == "virtual":
-        problem = (
-            f"{', '.join(agvs)} speak VDA 5050, which needs a broker; set `run_on: simulator`"
-        )
-        raise error_at(path, ("fleet",), problem)
+    _check_faults(experiment, fleet)
+    _check_where(experiment, fleet)
     return experiment
+
+
+def _check_faults(experiment: Experiment, fleet: Fleet) -> None:
+    """Refuse faults of processes that there are not."""
+    known = [*(robot.name for robot in fleet.robots), BLACKBOARD]
+    for number, fault in enumerate(experiment.faults):
+        if fault.process not in known:
+            key = "kill" if fault.kill else "freeze"
+            problem = f"'{fault.process}' is not in the fleet; allowed: {', '.join(known)}"
+            raise error_at(experiment.path, ("faults", number, key), problem)
+
+
+def _check_where(experiment: Experiment, fleet: Fleet) -> None:
+    """Refuse what the place where the experiment runs does not have."""
+    path = experiment.path
+    if experiment.run_on == "virtual":
+        agvs = [robot.name for robot in fleet.robots if robot.is_agv]
+        if agvs:
+            problem = (
+                f"{', '.join(agvs)} speak VDA 5050, which needs a broker; set `run_on: simulator`"
+            )
+            raise error_at(path, ("fleet",), problem)
+        return
+    for number, architecture in enumerate(experiment.architectures):
+        if architecture != HIVE:
+            problem = f"'{architecture}' runs on virtual time only; set `run_on: virtual`"
+            raise error_at(path, ("architectures", number), problem)
+    if experiment.loss:
+        problem = f"{experiment.loss:g}: messages are lost on virtual time only; leave it out, or "
+        raise error_at(path, ("loss",), problem + "set `run_on: virtual`")

@@ -29,6 +29,7 @@ class Figure:
 FIGURES: Mapping[str, Figure] = {
     "done": Figure("tasks done", "", 0),
     "tasks": Figure("tasks posted", "", 0),
+    "done_twice": Figure("tasks done more than once", "", 0),
     "time_to_done": Figure("time to done, mean", "s", 1),
     "time_to_done_95": Figure("time to done, 95th percentile", "s", 1),
     "makespan": Figure("makespan", "s", 1),
@@ -44,9 +45,9 @@ DRAWN = ("time_to_done", "makespan", "waiting", "utilisation", "energy")
 
 
 def figures_of(report: Report) -> dict[str, float]:
-    """Return the figures of one run by the names of `FIGURES`.
+    """Return the figures of one run by the names of `FIGURES`, NaN where it has none.
 
-    Times count tasks that are done; they are NaN where none is.
+    Times count tasks that are done. Only runs on virtual time know what was done more than once.
     """
     done = [task for task in report["tasks"] if task["state"] == "DONE"]
     times = np.array([task["ended"] - task["posted"] for task in done])
@@ -56,6 +57,7 @@ def figures_of(report: Report) -> dict[str, float]:
     return {
         "done": float(len(done)),
         "tasks": float(len(report["tasks"])),
+        "done_twice": float(report.get("done_twice", math.nan)),
         "time_to_done": float(times.mean()) if done else math.nan,
         "time_to_done_95": float(np.percentile(times, 95)) if done else math.nan,
         "makespan": max(task["ended"] for task in done) - first if done else math.nan,

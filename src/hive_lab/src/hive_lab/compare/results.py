@@ -8,9 +8,7 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
-from fleet_manager.client.comparison_files import PAGE, SHOWN, TABLE
+from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from fleet_manager.demo.machine import machine, versions
 from hive_common.errors import FileError
 from hive_lab.compare.figures import as_csv, rows_of, table_of
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from hive_lab.compare.experiment import Experiment
 
 RUNS = "runs.json"
 SIDE_BY_SIDE = "side_by_side.png"
@@ -36,7 +33,7 @@ class Results:
         machine: Where it ran, in words.
         reports: The reports of the runs by the label of their variant.
         pictures: The picture of each run, by a heading.
-        sources: The text of every file that is needed to repeat it, by its name.
+        sources: Every file that is needed to repeat it, by its path in the folder.
     """
 
     name: str
@@ -44,7 +41,7 @@ class Results:
     machine: str
     reports: Mapping[str, Sequence[Mapping[str, Any]]]
     pictures: Mapping[str, Path]
-    sources: Mapping[str, str]
+    sources: Mapping[str, bytes]
 
 
 def machine_words() -> str:
@@ -56,28 +53,11 @@ def machine_words() -> str:
     )
 
 
-def repeatable(experiment: Experiment) -> dict[str, str]:
-    """Return the files from which an experiment can be repeated, by name: itself and its fleet."""
-    content = yaml.safe_load(experiment.path.read_text(encoding="utf-8"))
-    for key in ("scenario", "world", "map"):
-        if content.get(key) is not None:
-            content[key] = getattr(experiment, key)
-    fleet = yaml.safe_load(experiment.fleet_of(experiment.variants[0]).path.read_text("utf-8"))
-    for robot, read in zip(
-        fleet["robots"], experiment.fleet_of(experiment.variants[0]).robots, strict=True
-    ):
-        robot["model"] = read.model
-    content["fleet"] = "./fleet.yaml"
-    return {
-        "experiment.yaml": yaml.safe_dump(content, sort_keys=False),
-        "fleet.yaml": yaml.safe_dump(fleet, sort_keys=False),
-    }
-
-
 def save(folder: Path, results: Results) -> None:
     """Write results into a folder: reports, sources, table, picture and page."""
-    for name, text in results.sources.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    for name, content in results.sources.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(content)
     kept = {
         "name": results.name,
         "date": results.date,
@@ -106,7 +86,7 @@ def load(folder: Path) -> Results:
             kept["machine"],
             kept["reports"],
             {title: folder / name for title, name in kept["pictures"].items()},
-            {name: (folder / name).read_text(encoding="utf-8") for name in kept["sources"]},
+            {name: (folder / name).read_bytes() for name in kept["sources"]},
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         allowed = "a folder that `hive compare` has written, or an experiment (.yaml)"
@@ -137,7 +117,11 @@ def show(folder: Path, several: Sequence[Results]) -> None:
     for results in several:
         prefix = f"{results.name}: " if len(several) > 1 else ""
         pictures |= {f"{prefix}{title}": file for title, file in results.pictures.items()}
-        sources |= {f"{prefix}{name}": text for name, text in results.sources.items()}
+        sources |= {
+            f"{prefix}{name}": content.decode()
+            for name, content in results.sources.items()
+            if name.endswith(".yaml")
+        }
     # What windows show, so that they need not know how figures are made.
     shown = {
         "table": rows_of(table),

@@ -16,8 +16,9 @@ from fleet_manager.demo.picture import draw_run
 from fleet_manager.errors import FleetManagerError, StartError
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
-from hive_lab.compare.results import Results, machine_words, repeatable
+from hive_lab.compare.results import Results, machine_words
 from hive_lab.compare.simulator_run import run_in_simulator
+from hive_lab.compare.sources import sources_of
 from hive_lab.compare.virtual_run import run_virtual
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class Progress:
         number: Its number, from 1.
         runs: How many there are.
         share: Of all of them, 0..1; the run under way counts by the share of its tasks that have
-            ended.
+            ended, or of its time limit, whichever is more.
         remaining: Estimated time until the end [s], by what the runs took so far; None while too
             little is known.
     """
@@ -81,7 +82,7 @@ def run_all(
         HiveError: A run could not be made; the text names it.
     """
     began, date = time.monotonic(), datetime.now().astimezone().isoformat(timespec="seconds")
-    runs = experiment.runs
+    runs, sources = experiment.runs, sources_of(experiment)
     reports: dict[str, list[dict[str, Any]]] = {
         variant.label: [] for variant in experiment.variants
     }
@@ -95,7 +96,7 @@ def run_all(
             tell(Progress(words, done + 1, len(runs), whole, left))
 
         told(0.0)
-        picture = folder / f"{variant.decision}-{variant.cost_model}-{seed}.png"
+        picture = folder / f"{variant.file_name}-{seed}.png"
         reports[variant.label].append(_apart(experiment, variant, seed, picture, told))
         pictures[words] = picture
     return Results(
@@ -104,7 +105,7 @@ def run_all(
         machine or machine_words(),
         reports,
         pictures,
-        repeatable(experiment),
+        sources,
     )
 
 
@@ -173,24 +174,24 @@ def _work(
             pipe.send(("share", ended))
 
     try:
-        fleet, scenario = experiment.fleet_of(variant), experiment.scenario_of(seed)
         if experiment.run_on == "virtual":
-            result = run_virtual(fleet, scenario, seed, experiment.faults, look)
+            result = run_virtual(experiment, variant, seed, look)
         else:
             folder = picture.with_suffix("")
             folder.mkdir()
-            faults, rtf = experiment.faults, experiment.rtf
-            result = run_in_simulator(fleet, scenario, rtf, faults, look, folder)
+            result = run_in_simulator(experiment, variant, seed, look, folder)
     except (HiveError, FleetManagerError) as error:
         pipe.send(("failed", str(error)))
         return
     report = {
         **result.report,
+        "architecture": variant.architecture,
         "decision": variant.decision,
         "seed": seed,
         "remarks": result.remarks,
         "run_on": experiment.run_on,
     }
+    scenario = experiment.scenario_of(seed)
     places = places_of(scenario.world)
     draw_run(picture, report, result.history, load_map(scenario.map), places)
     pipe.send(("report", report))

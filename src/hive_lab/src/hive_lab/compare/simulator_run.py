@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import signal
 from typing import TYPE_CHECKING
@@ -18,52 +19,93 @@ from hive_common.resources import beside
 from hive_lab.compare.experiment import BLACKBOARD
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from fleet_manager.config.fleet_file import Fleet
-    from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.local_hive import LocalHive
     from fleet_manager.demo.runner import DemoResult, Look
-    from hive_lab.compare.experiment import Kill
+    from hive_lab.compare.experiment import Experiment, Fault, Variant
 
 
 def run_in_simulator(
-    fleet: Fleet,
-    scenario: Scenario,
-    rtf: float,
-    faults: Sequence[Kill],
-    look: Look,
-    folder: Path,
+    experiment: Experiment, variant: Variant, seed: int, look: Look, folder: Path
 ) -> DemoResult:
-    """Let a fleet do a scenario; logs and the fleet file of the run go into a folder.
+    """Let a fleet work through an experiment; logs and the run's fleet file go into a folder.
 
     This process may connect to no other hive before or after it.
 
     Args:
-        fleet: The robots, and how they decide.
-        scenario: What is posted.
-        rtf: The requested real-time factor.
-        faults: Processes that are killed.
-        look: See `fleet_manager.demo.runner.DemoRun`.
+        experiment: What is posted, and what goes wrong.
+        variant: How the hive decides.
+        seed: Of the load.
+        look: Called with the time since the first posting [s], and the share of the run that is
+            over, 0..1.
         folder: An empty folder.
 
     Raises:
         StartError: The hive did not start, or a process ended unexpectedly.
     """
-    plan = DemoPlan(scenario, write_fleet(fleet, folder, each=bool(faults)), rtf, windows=False)
-    due = sorted(faults, key=lambda fault: fault.after)
+    fleet = write_fleet(experiment.fleet_of(variant), folder, each=bool(experiment.faults))
+    scenario = experiment.scenario_of(seed)
+    plan = DemoPlan(scenario, fleet, experiment.rtf, windows=False)
     with (
         local_hive(folder) as hive,
         (folder / "run.log").open("w", encoding="utf-8") as sink,
+        Faults(experiment.faults, hive) as faults,
     ):
 
         def see(now: float, ended: float) -> None:
-            while due and due[0].after <= now:
-                _kill(hive, due.pop(0).kill)
-            look(now, ended)
+            faults.look(now)
+            look(now, max(ended, now / scenario.time_limit))
 
         return run_demo(plan, hive, connect, sink, see)
+
+
+class Faults(contextlib.AbstractContextManager["Faults"]):
+    """Kills and freezes processes of a hive when they are due; at the end, all go on.
+
+    Args:
+        faults: What fails when.
+        hive: Whose processes they are.
+        signal_to: Sends a signal to a process.
+    """
+
+    def __init__(
+        self,
+        faults: Iterable[Fault],
+        hive: LocalHive,
+        signal_to: Callable[[int, int], None] = os.kill,
+    ) -> None:
+        self._due = sorted(faults, key=lambda fault: fault.after)
+        self._hive = hive
+        self._signal_to = signal_to
+        self._frozen: list[tuple[float, int]] = []  # until when [s], and the process
+
+    def __exit__(self, *_: object) -> None:
+        """Let what stands still go on: a process that stands still does not end."""
+        self.look(math.inf)
+
+    def look(self, now: float) -> None:
+        """Let fail what fails until now, and go on what has stood still for long enough [s]."""
+        while self._due and self._due[0].after <= now < math.inf:
+            fault = self._due.pop(0)
+            process = self._process(fault.process)
+            if fault.seconds is None:
+                self._send(process, signal.SIGKILL)
+            else:
+                self._frozen.append((fault.after + fault.seconds, process))
+                self._send(process, signal.SIGSTOP)
+        for until, process in [each for each in self._frozen if each[0] <= now]:
+            self._frozen.remove((until, process))
+            self._send(process, signal.SIGCONT)
+
+    def _process(self, who: str) -> int:
+        return self._hive.process_of(f"/{BLACKBOARD}" if who == BLACKBOARD else f"/{who}/robot")
+
+    def _send(self, process: int, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            self._signal_to(process, number)
 
 
 def write_fleet(fleet: Fleet, folder: Path, *, each: bool) -> Fleet:
@@ -83,9 +125,3 @@ def write_fleet(fleet: Fleet, folder: Path, *, each: bool) -> Fleet:
     path = folder / "fleet.yaml"
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return read_fleet(str(path))
-
-
-def _kill(hive: LocalHive, who: str) -> None:
-    node = f"/{BLACKBOARD}" if who == BLACKBOARD else f"/{who}/robot"
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(hive.process_of(node), signal.SIGKILL)

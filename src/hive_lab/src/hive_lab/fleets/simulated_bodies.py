@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from blackboard.domain.task import TaskStep
     from blackboard.robot.executor import Command
-    from blackboard.robot.robot import Robot
     from fleet_manager.config.fleet_file import FleetRobot
     from hive_common.zone import Zone
     from hive_lab.fleets.true_battery import TrueBattery
@@ -61,7 +60,7 @@ class SimulatedBodies:
             self._traffic = by_a_plan(models, zones, self.simulation, site)
         else:
             self._traffic = Traffic(self.simulation, grid)
-        self._bodies: dict[str, _Body] = {}
+        self._bodies: list[SimulatedBody] = []
         self._steps = 0
 
     @property
@@ -71,34 +70,60 @@ class SimulatedBodies:
 
     def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
         """Spawn a robot; return its command for each kind of step."""
-        self._traffic.add(robot.name, load_model(robot.model), robot.pose)
-        battery = fleet.true_batteries.get(robot.name)
-        body = _Body(robot.name, self.simulation, self._traffic, battery)
-        if not self._bodies:
-            fleet.network.schedule(STEP, lambda: self._step(fleet))
-        self._bodies[robot.name] = body
+
+        def tell(pose: Pose, distance: float) -> None:
+            fleet.robots[robot.name].add_travel(distance)
+            fleet.robots[robot.name].set_pose(pose)
+
+        body = self.add(robot, fleet.network.schedule)
+        body.battery = fleet.true_batteries.get(robot.name)
+        body.load = lambda: fleet.robots[robot.name].status.payload
+        body.tell = tell
         return dict.fromkeys(StepKind, body)
 
-    def _step(self, fleet: VirtualFleet) -> None:
-        fleet.network.schedule(STEP, lambda: self._step(fleet))
+    def add(
+        self, robot: FleetRobot, schedule: Callable[[float, Callable[[], None]], object]
+    ) -> SimulatedBody:
+        """Spawn a robot.
+
+        Args:
+            robot: Its name, model and pose.
+            schedule: Has a function called after a time [s]; time passes for all bodies by it.
+        """
+        self._traffic.add(robot.name, load_model(robot.model), robot.pose)
+        body = SimulatedBody(robot.name, self.simulation, self._traffic)
+        if not self._bodies:
+            schedule(STEP, lambda: self._step(schedule))
+        self._bodies.append(body)
+        return body
+
+    def _step(self, schedule: Callable[[float, Callable[[], None]], object]) -> None:
+        schedule(STEP, lambda: self._step(schedule))
         self._traffic.step()
         self._steps += 1
-        for name, body in self._bodies.items():
+        for body in self._bodies:
             if self._steps % TOLD == 0:
-                body.tell(fleet.robots[name])
+                body.look_where_it_is()
             body.look()
 
 
-class _Body:
-    """One robot's wheels and arm; see `blackboard.robot.executor.Command`."""
+class SimulatedBody:
+    """One robot's wheels and arm; see `blackboard.robot.executor.Command`.
 
-    def __init__(
-        self, name: str, simulation: Simulation, traffic: Traffic, battery: TrueBattery | None
-    ) -> None:
+    Attributes:
+        battery: What it draws from, where that is not reckoned by the robot.
+        load: Returns what is on board [kg].
+        tell: Called ten times a second with its pose [map frame] and the distance driven since
+            the last time [m].
+    """
+
+    def __init__(self, name: str, simulation: Simulation, traffic: Traffic) -> None:
+        self.battery: TrueBattery | None = None
+        self.load: Callable[[], float] = float
+        self.tell: Callable[[Pose, float], None] = lambda _pose, _distance: None
         self._name = name
         self._simulation = simulation
         self._traffic = traffic
-        self._battery = battery
         self._was = simulation.odometry(name)
         self._done: Callable[[CommandResult], None] | None = None
         self._kind = StepKind.MOVE
@@ -136,17 +161,16 @@ class _Body:
                 return
             works, text = result.outcome is Grip.SUCCESS, result.message
             self._traffic.navigators[self._name].stationary = False
-            if works and self._battery is not None:
-                self._battery.grip(self._kind)
+            if works and self.battery is not None:
+                self.battery.grip(self._kind)
         self._done = None
         done(CommandResult(CommandState.SUCCEEDED if works else CommandState.ABORTED, text))
 
-    def tell(self, robot: Robot) -> None:
-        """Tell the robot its pose and the distance driven, and what its battery measures."""
+    def look_where_it_is(self) -> None:
+        """Draw what the time since the last look took, and tell the pose and the distance."""
         now = self._simulation.odometry(self._name)
         distance = math.dist(now[:2], self._was[:2])
         self._was = now
-        robot.add_travel(distance)
-        if self._battery is not None:
-            self._battery.run(TOLD * STEP, distance, robot.status.payload)
-        robot.set_pose(Pose(*self._simulation.poses[self._name]))
+        if self.battery is not None:
+            self.battery.run(TOLD * STEP, distance, self.load())
+        self.tell(Pose(*self._simulation.poses[self._name]), distance)

@@ -33,6 +33,11 @@ class TrueBattery(Battery):
         super().update_level(energy)
         self.measured.measure(self.level)
 
+    def charge(self, duration: float) -> None:
+        """Charge for a time [s]; the robot measures what that gives."""
+        super().charge(duration)
+        self.measured.measure(self.level)
+
     def run(self, duration: float, distance: float, payload: float) -> None:
         """Draw what a while takes.
 

@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, ScalarFormatter
 
 from hive_common.errors import FileError
+from hive_lab.architectures.hall_trial import PROBED_AT
 from hive_lab.architectures.kinds import ARCHITECTURES
-from hive_lab.architectures.trial import PROBED_AT
 from hive_lab.bench.architectures.measure import FAULTY, SIZES, Group, groups, over_seeds, run_name
 from hive_lab.bench.kept_runs import KeptRuns
 

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What `hive compare` and the window that shows its results agree on."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ARCHITECTURES: Mapping[str, str] = MappingProxyType(
+    {
+        "hive": "hive",
+        "report": "report's blackboard",
+        "central": "central dispatcher",
+        "contract_net": "contract net",
+    }
+)
+"""The architectures that can be compared, by name, in words."""
+
+# The files in the folder of the results, for whoever shows them.
+PAGE = "page.html"  # tables and pictures, for a browser
+TABLE = "table.csv"  # the figures of each run
+SHOWN = "shown.json"  # `table`, rows of texts with a heading, and `pictures`, files by title
