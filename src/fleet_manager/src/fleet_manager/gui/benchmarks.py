@@ -12,9 +12,9 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import yaml
-from python_qt_binding.QtCore import QProcess, QProcessEnvironment, Qt
-from python_qt_binding.QtGui import QPixmap
+from python_qt_binding.QtCore import Qt, QTimer
 from python_qt_binding.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -36,16 +36,23 @@ from python_qt_binding.QtWidgets import (
 
 from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from fleet_manager.client.formats import duration
+from fleet_manager.desk.experiment import ShownExperiment
+from fleet_manager.gui.background import Background
+from fleet_manager.gui.child_process import ChildProcess
 from fleet_manager.gui.experiment_form import ExperimentForm
-from hive_common.resources import names_in, package_folder
+from fleet_manager.gui.picture import Picture
+from hive_common.checked_yaml import read_checked
+from hive_common.errors import HiveError
+from hive_common.resources import beside, names_in, package_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+    from concurrent.futures import Future
 
     from python_qt_binding.QtCore import QSettings
 
-END_WITHIN = 40_000
-"""Time that a stopped comparison has to end the processes of its hive [ms]."""
+FILES = ("fleet", "scenario", "world", "map")
+"""What an experiment names files by; a path is relative to the experiment's folder."""
 
 
 class Benchmarks(QWidget):
@@ -55,6 +62,7 @@ class Benchmarks(QWidget):
         results: The folder of the results.
         settings: Keeps what a person typed.
         command: The program that compares, with its first words.
+        poster: The program that posts random tasks to a live hive, with its first words.
     """
 
     def __init__(
@@ -62,26 +70,38 @@ class Benchmarks(QWidget):
         results: Path,
         settings: QSettings,
         command: Sequence[str] = ("rosrun", "hive_lab", "compare"),
+        poster: Sequence[str] = ("rosrun", "fleet_manager", "hive", "load"),
     ) -> None:
         super().__init__()
         self.setWindowTitle("Benchmarks")
-        self._results, self._settings, self._command = results, settings, list(command)
-        self._process: QProcess | None = None
-        self._stopped = False
+        self._results, self._settings = results, settings
+        self._command, self._poster = list(command), list(poster)
+        self._child = ChildProcess(self)
+        self._posts = False
+        self._last_words = ""
+        self._background = Background(self)
         self._shown: Path | None = None
         self.form = ExperimentForm()
+        self._scroll = QScrollArea(
+            widgetResizable=True, horizontalScrollBarPolicy=Qt.ScrollBarAlwaysOff
+        )
         self.examples = QComboBox()
         self.examples.addItem("Fill in an example…")
         self.examples.addItems(names_in("fleet_manager", "experiments"))
         self.run_button = QPushButton("&Run")
         self.stop_button = QPushButton("S&top", enabled=False)
+        self.post_button = QPushButton("Post to the live &hive")
+        self.post_button.setToolTip(
+            "Post the tasks of the load generator to the hive at ROS_MASTER_URI.\n"
+            "Of several seeds the first one draws them."
+        )
         self.bar = QProgressBar(maximum=1000, textVisible=True)
         self.remaining = QLabel("")
         self.message = QLabel("", wordWrap=True, textInteractionFlags=Qt.TextSelectableByMouse)
         self.table = QTableWidget(editTriggers=QAbstractItemView.NoEditTriggers)
         self.table.verticalHeader().hide()
         self.pictures = QComboBox()
-        self.picture = QLabel(alignment=Qt.AlignTop | Qt.AlignLeft)
+        self.picture = Picture()
         self.saved = QListWidget(selectionMode=QAbstractItemView.ExtendedSelection)
         self.compare_button = QPushButton("&Compare the chosen ones")
         self.repeat_button = QPushButton("Fill in the e&xperiment")
@@ -90,6 +110,7 @@ class Benchmarks(QWidget):
         self._lay_out()
         self._connect()
         self._restore()
+        self._enable()
         self.list_saved()
 
     # What a person does
@@ -98,14 +119,35 @@ class Benchmarks(QWidget):
         """Run what the form says."""
         try:
             content = self.form.content()
+            content |= _found_from(Path("here.yaml"), content)
+            self._results.mkdir(parents=True, exist_ok=True)
+            file = self._results / "benchmark.yaml"
+            file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        except (ValueError, RuntimeError) as error:  # the latter: see `_found_from`
+            self._say(str(error))
+        except OSError as error:
+            self._say(f"{self._results} cannot be written: {error.strerror}; start elsewhere")
+        else:
+            self._start_comparing([str(file)])
+
+    def post(self) -> None:
+        """Post the tasks of the load generator to the live hive."""
+        try:
+            content = self.form.content()
         except ValueError as error:
             self._say(str(error))
             return
-        self._keep()
-        self._results.mkdir(parents=True, exist_ok=True)
-        file = self._results / "benchmark.yaml"
-        file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-        self._start([str(file)])
+        load = content["load"]
+        options = {
+            "at-once": load["at_once"],
+            "per-hour": f"{load['per_hour']:.10g}",
+            "minutes": f"{load['minutes']:.10g}",
+            "mix": ",".join(f"{name}={weight:.10g}" for name, weight in load["mix"].items()),
+            "map": content.get("map") or content["world"],
+            "seed": content["seeds"][0],
+        }
+        words = [f"--{key}={value}" for key, value in options.items()]
+        self._start([*self._poster, *words], posts=True)
 
     def compare(self) -> None:
         """Show the chosen saved results side by side."""
@@ -115,14 +157,13 @@ class Benchmarks(QWidget):
         elif len(chosen) == 1:
             self.show_results(Path(chosen[0]))
         else:
-            self._start(chosen)
+            self._start_comparing(chosen)
 
     def stop(self) -> None:
-        """End the runs; what is not finished is lost."""
-        if self._process is not None:
-            self._stopped = True
-            self.message.setText("stopping …")
-            self._process.terminate()
+        """End the runs, of which what is not finished is lost, or the posting."""
+        if self._child.is_running:
+            self._say("stopping …")
+            self._child.stop()
 
     def export(self, name: str, words: str) -> None:
         """Copy a file of the shown results to where a person wants it."""
@@ -136,12 +177,18 @@ class Benchmarks(QWidget):
         """Copy a file of the shown results to a path."""
         if self._shown is None:
             return
-        try:
-            shutil.copyfile(self._shown / name, path)
-        except OSError as error:
-            self._say(f"{path} cannot be written: {error.strerror}; choose another place")
-        else:
-            self._say(f"written: {path}")
+        source = self._shown / name
+
+        def tell(copied: Future[object]) -> None:
+            error = copied.exception()
+            if error is None:
+                self._say(f"written: {path}")
+            else:
+                because = getattr(error, "strerror", None) or error
+                self._say(f"{path} cannot be written: {because}; choose another place")
+
+        # Another disk, or a network, may take long.
+        self._background.do(lambda: shutil.copyfile(source, path), tell)
 
     def closeEvent(self, event: Any) -> None:  # noqa: ANN401, N802  (Qt's name and type)
         """Keep what was typed, and end the runs."""
@@ -151,9 +198,7 @@ class Benchmarks(QWidget):
     def end(self) -> None:
         """Keep what was typed; stop the runs and wait until their processes have ended."""
         self._keep()
-        if self._process is not None:
-            self.stop()
-            self._process.waitForFinished(END_WITHIN)
+        self._child.end()
 
     # What is shown
 
@@ -188,49 +233,40 @@ class Benchmarks(QWidget):
         self.csv_button.setEnabled(True)
         self._say(f"shown: {folder.parent.name}/{folder.name}")
 
-    def _show_picture(self) -> None:
-        path = self.pictures.currentData()
-        if not path:
-            return
-        pixmap = QPixmap(path)
-        width = max(self.picture.parentWidget().width() - 8, 320)
-        self.picture.setPixmap(
-            pixmap.scaledToWidth(min(width, pixmap.width()), Qt.SmoothTransformation)
-        )
-        self.picture.adjustSize()
-
     def _say(self, text: str) -> None:
         self.message.setText(text)
 
     # The process
 
-    def _start(self, sources: list[str]) -> None:
-        if self._process is not None:
+    def _start_comparing(self, sources: Sequence[str]) -> None:
+        self._start([*self._command, "--progress", "--results", str(self._results), *sources])
+
+    def _start(self, command: Sequence[str], *, posts: bool = False) -> None:
+        if self._child.is_running:
             return
-        program, *words = self._command
-        process = self._process = QProcess(self)
-        environment = QProcessEnvironment.systemEnvironment()
-        environment.insert("PYTHONUNBUFFERED", "1")
-        process.setProcessEnvironment(environment)
-        process.readyReadStandardOutput.connect(self._read)
-        process.finished.connect(self._finish)
-        process.errorOccurred.connect(self._fail)
-        self._stopped = False
+        self._keep()
+        self._posts, self._last_words = posts, ""
         self.bar.setValue(0)
         self.remaining.setText("")
         self._say("starting …")
+        self._child.start(command)
         self._enable()
-        results = ["--progress", "--results", str(self._results)]
-        process.start(program, [*words, *results, *sources])
 
-    def _read(self) -> None:
-        """Show what the process tells."""
-        process = self._process
-        while process is not None and process.canReadLine():
-            line = bytes(process.readLine())
-            # Libraries print other lines, and an exception here would end the window.
-            with contextlib.suppress(ValueError, KeyError, TypeError, OverflowError):
-                self._show(json.loads(line.decode()))
+    def _hear(self, line: str) -> None:
+        """Take in a line of the output: progress in JSON, or what became of a task."""
+        if self._posts:
+            self._hear_remark(line)
+            return
+        # Libraries print other lines, and an exception here would end the window.
+        with contextlib.suppress(ValueError, KeyError, TypeError, OverflowError):
+            self._show(json.loads(line))
+
+    def _hear_remark(self, line: str) -> None:
+        """Take in a line for people."""
+        if line:
+            self._last_words = line
+        if self._posts:
+            self._say(self._last_words)
 
     def _show(self, told: dict[str, Any]) -> None:
         """Show a line of the process: the folder of the results, or how far the runs are."""
@@ -246,36 +282,39 @@ class Benchmarks(QWidget):
         self.remaining.setText(remaining)
         self._say(words)
 
-    def _finish(self, code: int) -> None:
-        self._read()
-        process, self._process = self._process, None
-        if process is None:
-            return
+    def _finish(self, code: int, stopped: bool) -> None:
         self.remaining.setText("")
-        if self._stopped:
+        what = "posting" if self._posts else "the comparison"
+        if stopped and self._posts:
+            self._say("stopped; tasks that were posted stay on the list")
+        elif stopped:
             self._say("stopped; runs that had not finished are lost")
-        elif code == 0:
+        elif code:
+            self._say(self._last_words or f"{what} ended with {code}")
+        elif self._posts:
+            last = f"; last: {self._last_words}" if self._last_words else ""
+            self._say(f"posted: every task is on the list{last}")
+        else:
             self.bar.setValue(self.bar.maximum())
             self.list_saved()
-        else:
-            lines = bytes(process.readAllStandardError()).decode(errors="replace").splitlines()
-            self._say(lines[-1] if lines else f"the comparison ended with {code}")
-        process.deleteLater()
         self._enable()
 
-    def _fail(self, error: QProcess.ProcessError) -> None:
-        if error == QProcess.FailedToStart:
-            self._process = None
-            self._say(f"{self._command[0]} was not found; start this window in ./hive shell")
-            self._enable()
+    def _miss(self, program: str) -> None:
+        self._say(f"{program} was not found; start this window in ./hive shell")
+        self._enable()
 
     # Set-up
 
     def _enable(self) -> None:
-        runs = self._process is not None
+        runs = self._child.is_running
         self.run_button.setEnabled(not runs)
         self.compare_button.setEnabled(not runs)
+        self.post_button.setEnabled(not runs and self.form.by_load.isChecked())
         self.stop_button.setEnabled(runs)
+
+    def _reveal_last_fault(self) -> None:
+        if self.form.faults.rows:
+            self._scroll.ensureWidgetVisible(self.form.faults.rows[-1])
 
     def _fill_example(self, number: int) -> None:
         if number > 0:
@@ -289,31 +328,40 @@ class Benchmarks(QWidget):
     def _fill(self, file: Path) -> None:
         """Fill the form from an experiment file."""
         try:
-            content = yaml.safe_load(file.read_text(encoding="utf-8"))
-        except (OSError, yaml.YAMLError):
-            self._say(f"{file.parent.name} holds no experiment; choose the results of a run")
-            return
-        if content["fleet"].startswith("./"):
-            content["fleet"] = str(file.parent / content["fleet"])
-        self.form.fill(content)
+            read = read_checked(file, ShownExperiment)
+            found = _found_from(file, attrs.asdict(read, recurse=False))
+        # RuntimeError: see `_found_from`; ValueError: a date that there is not.
+        except (HiveError, RuntimeError, ValueError) as error:
+            self._say(f"not filled in: {error}")
+        else:
+            self.form.display(attrs.evolve(read, **found))
 
     def _keep(self) -> None:
-        try:
-            content = self.form.content()
-        except ValueError:
-            return
-        self._settings.setValue("benchmarks/experiment", yaml.safe_dump(content))
+        self._settings.setValue("benchmarks/experiment", yaml.safe_dump(self.form.typed()))
 
     def _restore(self) -> None:
         kept = self._settings.value("benchmarks/experiment")
-        if kept:
-            self.form.fill(yaml.safe_load(kept))
+        # Whatever the settings hold, the window opens.
+        with contextlib.suppress(yaml.YAMLError, HiveError, RecursionError, ValueError):
+            if isinstance(kept, str):
+                self.form.restore(yaml.safe_load(kept))
 
     def _connect(self) -> None:
         self.run_button.clicked.connect(self.run)
         self.stop_button.clicked.connect(self.stop)
+        self.post_button.clicked.connect(self.post)
+        self.form.by_load.toggled.connect(self._enable)
+        # New fields have their place only after what the event loop has to do now.
+        add = self.form.faults.add_button
+        add.clicked.connect(lambda: QTimer.singleShot(0, self._reveal_last_fault))
+        self._child.printed.connect(self._hear)
+        self._child.complained.connect(self._hear_remark)
+        self._child.ended.connect(self._finish)
+        self._child.missing.connect(self._miss)
         self.examples.activated.connect(self._fill_example)
-        self.pictures.currentIndexChanged.connect(self._show_picture)
+        self.pictures.currentIndexChanged.connect(
+            lambda: self.picture.show_file(self.pictures.currentData() or "")
+        )
         self.compare_button.clicked.connect(self.compare)
         self.repeat_button.clicked.connect(self._fill_chosen)
         self.saved.itemDoubleClicked.connect(
@@ -324,20 +372,23 @@ class Benchmarks(QWidget):
 
     def _lay_out(self) -> None:
         left, right = QWidget(), QTabWidget()
+        fields = _column(self.examples, self.form)
+        fields.layout().addStretch()
+        self._scroll.setWidget(fields)
+        self._scroll.setMinimumWidth(fields.sizeHint().width() + 24)
         column = QVBoxLayout(left)
-        column.addWidget(self.examples)
-        column.addWidget(self.form)
-        for row in ((self.run_button, self.stop_button), (self.bar, self.remaining)):
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._scroll, stretch=1)
+        # Below the form and not in it, so that they are in view wherever that is scrolled to.
+        buttons = (self.run_button, self.stop_button, self.post_button)
+        for row in (buttons, (self.bar, self.remaining)):
             line = QHBoxLayout()
             for widget in row:
                 line.addWidget(widget)
             column.addLayout(line)
         column.addWidget(self.message)
-        column.addStretch()
-        scrolled = QScrollArea(widgetResizable=True)
-        scrolled.setWidget(self.picture)
         right.addTab(self.table, "Table")
-        right.addTab(_column(self.pictures, scrolled), "Pictures")
+        right.addTab(_column(self.pictures, self.picture), "Pictures")
         right.addTab(_column(self.saved, self.compare_button, self.repeat_button), "Saved runs")
         buttons = QHBoxLayout()
         buttons.addStretch()
@@ -348,11 +399,8 @@ class Benchmarks(QWidget):
         rows.addWidget(right)
         rows.addLayout(buttons)
         self.tabs = right
-        form = QScrollArea(widgetResizable=True, horizontalScrollBarPolicy=Qt.ScrollBarAlwaysOff)
-        form.setWidget(left)
-        form.setMinimumWidth(left.sizeHint().width() + 24)
-        splitter = QSplitter()
-        splitter.addWidget(form)
+        splitter = QSplitter(childrenCollapsible=False)
+        splitter.addWidget(left)
         splitter.addWidget(shown)
         splitter.setStretchFactor(1, 1)
         QVBoxLayout(self).addWidget(splitter)
@@ -365,6 +413,19 @@ def _column(*widgets: QWidget) -> QWidget:
     for widget in widgets:
         layout.addWidget(widget)
     return column
+
+
+def _found_from(file: Path, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the names of files in an experiment, with paths that are good from everywhere.
+
+    Args:
+        file: That of the experiment, in whose folder relative paths begin.
+        content: The experiment's content.
+
+    Raises:
+        RuntimeError: A path begins with the home folder of somebody who is not there.
+    """
+    return {key: beside(file, content[key]) for key in FILES if content.get(key)}
 
 
 def _saved(file: Path) -> tuple[list[list[str]], dict[str, str]]:

@@ -10,7 +10,6 @@ from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QDoubleSpinBox,
     QFileDialog,
     QFormLayout,
     QGroupBox,
@@ -23,14 +22,28 @@ from python_qt_binding.QtWidgets import (
 )
 
 from blackboard.domain.settings import COST_MODEL_NAMES, DECISIONS
+from fleet_manager.client.comparison import ARCHITECTURES
 from fleet_manager.config.load import TYPES
+from fleet_manager.desk.experiment import (
+    LIMIT,
+    LOSS,
+    WEIGHT,
+    ShownExperiment,
+    ShownLoad,
+    TypedExperiment,
+    robot_names,
+)
+from fleet_manager.gui.background import Background
+from fleet_manager.gui.fault_editor import FaultEditor
+from fleet_manager.gui.number import Number
 from hive_common.resources import names_in
+from hive_common.structuring import structure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-RUN_ON = {"virtual": "virtual time", "simulator": "simulator, on ROS"}
-_FAULT = re.compile(r"\s*([0-9.]+)\s*s?\s+(\S+)\s*")
+RUN_ON_WORDS = {"virtual": "virtual time", "simulator": "simulator, on ROS"}
+HIVE = "hive"
 
 
 class ExperimentForm(QWidget):
@@ -45,100 +58,150 @@ class ExperimentForm(QWidget):
         self.world = _files("simenv", "worlds")
         self.chart = _files("simenv", "maps", empty="that of the world")
         self.at_once = QSpinBox(maximum=1000, suffix=" tasks")
-        self.per_hour = QDoubleSpinBox(maximum=3600, suffix=" per hour", decimals=0)
-        self.minutes = QDoubleSpinBox(maximum=1440, suffix=" min", decimals=1)
-        self.mix = {
-            name: QDoubleSpinBox(maximum=100, decimals=1, prefix=f"{name} ") for name in TYPES
-        }
+        self.per_hour = Number(maximum=3600, suffix=" per hour")
+        self.minutes = Number(maximum=1440, suffix=" min")
+        self.mix = {name: Number(maximum=WEIGHT, prefix=f"{name} ") for name in TYPES}
+        self.architectures = {name: QCheckBox(words) for name, words in ARCHITECTURES.items()}
         self.decisions = {name: QCheckBox(name) for name in DECISIONS}
         self.cost_models = {name: QCheckBox(name) for name in COST_MODEL_NAMES}
         self.seeds = QLineEdit(placeholderText="1, 2, 3")
         self.run_on = QComboBox()
-        for name, words in RUN_ON.items():
+        for name, words in RUN_ON_WORDS.items():
             self.run_on.addItem(words, name)
-        self.rtf = QDoubleSpinBox(minimum=0.1, maximum=20, prefix="x ", decimals=1)
-        self.faults = QLineEdit(placeholderText="none; or 60 s robot2; 90 s blackboard")
-        self.limit = QDoubleSpinBox(minimum=1, maximum=86400, suffix=" s", decimals=0)
+        self.rtf = Number(minimum=0.1, maximum=20, prefix="x ")
+        self.limit = Number(minimum=0.1, maximum=LIMIT, suffix=" s")
+        self.faults = FaultEditor()
+        self.loss = Number(maximum=100 * LOSS, suffix=" %")
+        self.loss.setToolTip("Share of the messages between two processes that are lost")
+        self._background = Background(self)
         self._lay_out()
+        self.fleet.currentTextChanged.connect(self._look_for_robots)
         self.by_load.toggled.connect(self._enable)
         self.run_on.currentIndexChanged.connect(self._enable)
-        self.fill({"fleet": "lab", "world": "lab", "load": {"at_once": 12}, "seeds": [1]})
+        for box in self.architectures.values():
+            box.toggled.connect(self._enable)
+        self.display(ShownExperiment(fleet="lab", load=ShownLoad(at_once=12)))
+        self._look_for_robots(self.fleet.currentText())
 
     def fill(self, content: Mapping[str, Any]) -> None:
-        """Show the content of an experiment file; what it leaves out gets its default."""
-        load = content.get("load")
-        self.by_load.setChecked(load is not None)
-        self.by_scenario.setChecked(load is None)
-        self.fleet.setCurrentText(content.get("fleet", ""))
-        self.scenario.setCurrentText(content.get("scenario") or "demo")
-        self.world.setCurrentText(content.get("world") or "lab")
-        self.chart.setCurrentText(content.get("map") or "")
-        load = load or {}
-        self.at_once.setValue(load.get("at_once", 0))
-        self.per_hour.setValue(load.get("per_hour", 0.0))
-        self.minutes.setValue(load.get("minutes", 10.0))
-        mix = load.get("mix", dict.fromkeys(TYPES, 1.0))
+        """Show the content of an experiment file; what it leaves out gets its default.
+
+        Raises:
+            hive_common.structuring.NotAllowedError: It holds what the fields cannot show.
+        """
+        self.display(structure(dict(content), ShownExperiment))
+
+    def display(self, shown: ShownExperiment) -> None:
+        """Show an experiment."""
+        self.by_load.setChecked(shown.load is not None)
+        self.by_scenario.setChecked(shown.load is None)
+        self.fleet.setCurrentText(shown.fleet)
+        self.scenario.setCurrentText("demo" if shown.scenario is None else shown.scenario)
+        self.world.setCurrentText(shown.world)
+        self.chart.setCurrentText(shown.map)
+        load = shown.load or ShownLoad()
+        self.at_once.setValue(load.at_once)
+        self.per_hour.setValue(load.per_hour)
+        self.minutes.setValue(load.minutes)
         for name, box in self.mix.items():
-            box.setValue(mix.get(name, 0.0))
-        for boxes, key in ((self.decisions, "decisions"), (self.cost_models, "cost_models")):
+            box.setValue(load.mix.get(name, 0.0))
+        for boxes, names in (
+            (self.architectures, shown.architectures or (HIVE,)),
+            (self.decisions, shown.decisions),
+            (self.cost_models, shown.cost_models),
+        ):
             for name, check in boxes.items():
-                check.setChecked(name in content.get(key, ()))
-        self.seeds.setText(", ".join(map(str, content.get("seeds", [1]))))
-        self.run_on.setCurrentIndex(self.run_on.findData(content.get("run_on", "virtual")))
-        self.rtf.setValue(content.get("rtf", 3.0))
-        faults = (f"{fault['after']:g} s {fault['kill']}" for fault in content.get("faults", ()))
-        self.faults.setText("; ".join(faults))
-        self.limit.setValue(content.get("time_limit", 3600.0))
+                check.setChecked(name in names)
+        self.seeds.setText(", ".join(map(str, shown.seeds)))
+        self.run_on.setCurrentIndex(self.run_on.findData(shown.run_on))
+        self.rtf.setValue(shown.rtf)
+        self.faults.fill(shown.faults)
+        self.loss.setValue(100 * shown.loss)
+        self.limit.setValue(shown.time_limit)
         self._enable()
 
+    def restore(self, typed: object) -> None:
+        """Show what `typed` returned, or an earlier version of the form kept.
+
+        Raises:
+            hive_common.structuring.NotAllowedError: It is something else.
+        """
+        read = structure(typed, TypedExperiment)
+        self.display(read)
+        if read.by_load is not None:
+            self.by_load.setChecked(read.by_load)
+            self.by_scenario.setChecked(not read.by_load)
+        if read.seeds_text is not None:
+            self.seeds.setText(read.seeds_text)
+
+    def typed(self) -> dict[str, Any]:
+        """Return everything that was typed, whether it counts or not, and right or wrong."""
+        return {
+            "fleet": self.fleet.currentText().strip(),
+            "by_load": self.by_load.isChecked(),
+            "scenario": self.scenario.currentText().strip(),
+            "load": {
+                "at_once": self.at_once.value(),
+                "per_hour": self.per_hour.value(),
+                "minutes": self.minutes.value(),
+                "mix": {name: box.value() for name, box in self.mix.items()},
+            },
+            "world": self.world.currentText().strip(),
+            "map": self.chart.currentText().strip(),
+            "architectures": _ticked(self.architectures),
+            "decisions": _ticked(self.decisions),
+            "cost_models": _ticked(self.cost_models),
+            "seeds_text": self.seeds.text(),
+            "run_on": self.run_on.currentData(),
+            "rtf": self.rtf.value(),
+            "faults": self.faults.typed(),
+            "loss": round(self.loss.value() / 100, 8),
+            "time_limit": self.limit.value(),
+        }
+
     def content(self) -> dict[str, Any]:
-        """Return the content of an experiment file.
+        """Return the content of an experiment file, without what has its default.
 
         Raises:
             ValueError: A field cannot be used; the text names it, what it holds, and what is
                 allowed.
         """
-        content: dict[str, Any] = {"fleet": self.fleet.currentText().strip()}
-        if self.by_load.isChecked():
-            content["load"] = {
-                "at_once": self.at_once.value(),
-                "per_hour": self.per_hour.value(),
-                "minutes": self.minutes.value(),
-                "mix": {name: box.value() for name, box in self.mix.items()},
-            }
-            content["world"] = self.world.currentText().strip()
-        else:
-            content["scenario"] = self.scenario.currentText().strip()
-        if self.chart.currentText().strip():
-            content["map"] = self.chart.currentText().strip()
-        content["decisions"] = [name for name, box in self.decisions.items() if box.isChecked()]
-        content["cost_models"] = [
-            name for name, box in self.cost_models.items() if box.isChecked()
-        ]
-        content["seeds"] = self._seeds()
-        content["run_on"] = self.run_on.currentData()
-        content["rtf"] = self.rtf.value()
-        content["faults"] = self._faults()
-        content["time_limit"] = self.limit.value()
+        typed = self.typed()
+        tasks = ("load", "world") if typed["by_load"] else ("scenario",)
+        content = {key: typed[key] for key in ("fleet", *tasks)}
+        if typed["map"]:
+            content["map"] = typed["map"]
+        is_virtual = typed["run_on"] == "virtual"
+        if is_virtual and typed["architectures"] not in ([], [HIVE]):
+            content["architectures"] = typed["architectures"]
+        content["decisions"] = typed["decisions"] if self._has_hive() else []
+        content["cost_models"] = typed["cost_models"]
+        content["seeds"] = self.seeds_content()
+        content |= {key: typed[key] for key in ("run_on", "rtf")}
+        if faults := self.faults.content():
+            content["faults"] = faults
+        if is_virtual and typed["loss"]:
+            content["loss"] = typed["loss"]
+        content["time_limit"] = typed["time_limit"]
         return content
 
-    def _seeds(self) -> list[int]:
+    def seeds_content(self) -> list[int]:
+        """Return the seeds.
+
+        Raises:
+            ValueError: They are something else; the text says what is allowed.
+        """
         text = self.seeds.text()
         words = [word for word in re.split(r"[\s,]+", text) if word]
         if not words or not all(word.isdecimal() for word in words):
             raise ValueError(f"Seeds: {text!r}; allowed: whole numbers from 0 on, such as 1, 2, 3")
         return [int(word) for word in words]
 
-    def _faults(self) -> list[dict[str, Any]]:
-        faults = []
-        for part in filter(str.strip, self.faults.text().split(";")):
-            match = _FAULT.fullmatch(part)
-            if match is None:
-                raise ValueError(
-                    f"Kill: {part.strip()!r}; allowed: seconds and a name, such as 60 s robot2"
-                )
-            faults.append({"after": float(match[1]), "kill": match[2]})
-        return faults
+    def _has_hive(self) -> bool:
+        """Return whether the hive is among the architectures that are compared."""
+        is_virtual = self.run_on.currentData() == "virtual"
+        ticked = _ticked(self.architectures) if is_virtual else []
+        return not ticked or HIVE in ticked
 
     def _enable(self) -> None:
         """Enable what counts with the present choices."""
@@ -146,11 +209,24 @@ class ExperimentForm(QWidget):
         self.scenario.setEnabled(not by_load)
         for field in (self.world, self.at_once, self.per_hour, self.minutes, *self.mix.values()):
             field.setEnabled(by_load)
-        self.rtf.setEnabled(self.run_on.currentData() == "simulator")
+        is_virtual = self.run_on.currentData() == "virtual"
+        self.rtf.setEnabled(not is_virtual)
+        self.loss.setEnabled(is_virtual)
+        for name, box in self.architectures.items():
+            box.setEnabled(is_virtual or name == HIVE)
+        for box in self.decisions.values():
+            box.setEnabled(self._has_hive())
+
+    def _look_for_robots(self, fleet: str) -> None:
+        """Offer the robots of a fleet as those that faults may be about."""
+        self._background.forget()
+        self._background.do(
+            lambda: robot_names(fleet.strip()), lambda names: self.faults.offer(names.result())
+        )
 
     def _lay_out(self) -> None:
-        where, tasks, ways, run = (
-            QGroupBox(title) for title in ("Fleet", "Tasks", "Ways to decide", "Runs")
+        where, tasks, ways, run, faults = (
+            QGroupBox(title) for title in ("Fleet", "Tasks", "Ways to decide", "Runs", "Faults")
         )
         form = QFormLayout(where)
         form.addRow("&Fleet", self._with_button(self.fleet))
@@ -161,16 +237,19 @@ class ExperimentForm(QWidget):
         form.addRow("Types", _row(list(self.mix.values())))
         form.addRow("&World", self._with_button(self.world))
         form = QFormLayout(ways)
+        form.addRow("Architecture", _row(list(self.architectures.values())))
         form.addRow("Decision", _row(list(self.decisions.values())))
         form.addRow("Cost model", _row(list(self.cost_models.values())))
         form = QFormLayout(run)
         form.addRow("See&ds", self.seeds)
         form.addRow("Run &on", _row([self.run_on, self.rtf]))
-        form.addRow("&Kill", self.faults)
         form.addRow("&Time limit", self.limit)
+        form = QFormLayout(faults)
+        form.addRow("Messa&ge loss", self.loss)
+        form.addRow(self.faults)
         layout = QFormLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        for group in (where, tasks, ways, run):
+        for group in (where, tasks, ways, run, faults):
             layout.addRow(group)
 
     def _with_button(self, box: QComboBox) -> QWidget:
@@ -185,6 +264,10 @@ class ExperimentForm(QWidget):
 
         button.clicked.connect(choose)
         return _row([box, button])
+
+
+def _ticked(boxes: Mapping[str, QCheckBox]) -> list[str]:
+    return [name for name, box in boxes.items() if box.isChecked()]
 
 
 def _files(package: str, folder: str, empty: str = "") -> QComboBox:
