@@ -12,6 +12,7 @@ setup(
             "fleet_manager.demo",
             "fleet_manager.desk",
             "fleet_manager.gui",
+            "fleet_manager.gui.benchmarks",
             "fleet_manager.ros",
         ],
         package_dir={"": "src"},

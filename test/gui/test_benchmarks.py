@@ -15,7 +15,7 @@ from python_qt_binding.QtWidgets import QFileDialog
 
 from fleet_manager.client.comparison import PAGE, SHOWN
 from fleet_manager.desk.experiment import ShownExperiment
-from fleet_manager.gui.benchmarks import Benchmarks
+from fleet_manager.gui.benchmarks.window import Benchmarks
 from hive_lab.compare.experiment import Experiment
 from hive_lab.runner.limits import CASE
 from hive_lab.windows.stall_watch import StallWatch
@@ -127,12 +127,17 @@ def tick(person, box, *names):
 def test_from_choosing_to_the_exported_page(person, opened, short, saving, tmp_path):
     window = opened()
     form = window.form
+    person.write(form.description, "Short ways.")
     person.write(form.fleet, str(short / "fleet.yaml"))
     person.click(form.by_scenario)
     person.write(form.scenario, str(short / "scenario.yaml"))
+    tick(person, form.architectures, "hive", "central")
     tick(person, form.decisions, "distributed")
     tick(person, form.cost_models, "report")
     person.write(form.seeds, "4")
+    person.click(form.faults.add_button)
+    person.write(form.faults.rows[0].after, "1")
+    person.write(form.loss, "10")
 
     person.click(window.run_button)
     assert not window.run_button.isEnabled()
@@ -141,10 +146,15 @@ def test_from_choosing_to_the_exported_page(person, opened, short, saving, tmp_p
     assert window.message.text().startswith("shown: ")
     assert window.bar.value() == window.bar.maximum()
     assert window.table.item(0, 0).text() == "tasks done"
+    assert [window.table.horizontalHeaderItem(column).text() for column in (1, 2)] == [
+        "distributed, report",
+        "central dispatcher, report",
+    ]
     assert window.table.item(0, 1).text() == "1"
     assert [window.pictures.itemText(row) for row in range(window.pictures.count())] == [
         "side by side",
         "distributed, report, seed 4",
+        "central dispatcher, report, seed 4",
     ]
     show_tab(person, window, "Pictures")
     person.wait_until(window.picture.label.pixmap)
@@ -158,6 +168,7 @@ def test_from_choosing_to_the_exported_page(person, opened, short, saving, tmp_p
 
     # The saved run is listed, fills in the form again, and can be compared with itself.
     assert window.saved.count() == 1
+    assert window.saved.item(0).text().endswith("  Short ways.")
     form.fill({"fleet": "warehouse", "scenario": "warehouse"})
     show_tab(person, window, "Saved runs")
     person.click(
@@ -167,6 +178,9 @@ def test_from_choosing_to_the_exported_page(person, opened, short, saving, tmp_p
     assert form.fleet.currentText().endswith("fleet.yaml")
     assert form.seeds.text() == "4"
     assert form.decisions["distributed"].isChecked()
+    assert form.architectures["central"].isChecked()
+    assert [row.typed()["kill"] for row in form.faults.rows] == ["blackboard"]
+    assert form.loss.value() == 10
 
 
 def test_an_experiment_is_chosen_by_clicks_and_keys_alone(person, opened, tmp_path):

@@ -12,7 +12,6 @@ from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from hive_common.errors import FileError
 from hive_lab.compare.figures import as_text, figures_of, table_of
 from hive_lab.compare.results import Results, load, save, show, side_by_side
-from hive_lab.compare.run_all import remaining_time
 
 
 def report(*ends, seed=1, lost=0):
@@ -42,6 +41,7 @@ def results(tmp_path):
         {"planned, latency": [report(12.0, 22.0), report(32.0, seed=2)]},
         {"planned, latency, seed 1": picture},
         {"experiment.yaml": b"fleet: ./fleet.yaml\n", "maps/mine.pgm": b"P5 \xff"},
+        "What it is for.",
     )
     save(folder, found)
     return folder, found
@@ -111,15 +111,10 @@ def test_two_saved_results_are_compared_under_names_that_differ(results, tmp_pat
     show(together, [found, found])
     shown = json.loads((together / SHOWN).read_text(encoding="utf-8"))
     assert len(shown["table"][0]) == 3
+    assert shown["description"] == "What it is for."
     assert all((together / file).is_file() for file in shown["pictures"].values())
 
 
 def test_a_folder_without_results_is_refused_in_one_line(tmp_path):
     with pytest.raises(FileError, match="holds no results; allowed: a folder that `hive compare`"):
         load(tmp_path)
-
-
-def test_the_remaining_time_is_told_once_something_is_known():
-    assert remaining_time(30.0, 0.0) is None
-    assert remaining_time(30.0, 0.25) == 90.0
-    assert remaining_time(30.0, 1.0) == 0.0

@@ -22,4 +22,5 @@ ARCHITECTURES: Mapping[str, str] = MappingProxyType(
 # The files in the folder of the results, for whoever shows them.
 PAGE = "page.html"  # tables and pictures, for a browser
 TABLE = "table.csv"  # the figures of each run
-SHOWN = "shown.json"  # `table`, rows of texts with a heading, and `pictures`, files by title
+# `description`; `table`, rows of texts with a heading; and `pictures`, files by title
+SHOWN = "shown.json"

@@ -62,7 +62,6 @@ class ShownExperiment:
     """The content of an experiment file; what it leaves out has its default."""
 
     description: str = ""
-    """The form has no field for it."""
     fleet: str
     scenario: str | None = None
     load: ShownLoad | None = None

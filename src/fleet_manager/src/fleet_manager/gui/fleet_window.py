@@ -20,7 +20,7 @@ from python_qt_binding.QtWidgets import (
 
 from fleet_manager.client.formats import counted
 from fleet_manager.desk.form import typed_goals
-from fleet_manager.gui.benchmarks import Benchmarks
+from fleet_manager.gui.benchmarks.window import Benchmarks
 from fleet_manager.gui.fleet_map import FleetMap
 from fleet_manager.gui.look import Appearance, appear
 from fleet_manager.gui.task_entry import TaskEntry

@@ -15,7 +15,7 @@ import rospy
 from python_qt_binding.QtCore import QSettings, QTimer
 from python_qt_binding.QtWidgets import QApplication
 
-from fleet_manager.gui.benchmarks import Benchmarks
+from fleet_manager.gui.benchmarks.window import Benchmarks
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink

@@ -34,6 +34,7 @@ class Results:
         reports: The reports of the runs by the label of their variant.
         pictures: The picture of each run, by a heading.
         sources: Every file that is needed to repeat it, by its path in the folder.
+        description: What the experiment is for.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Results:
     reports: Mapping[str, Sequence[Mapping[str, Any]]]
     pictures: Mapping[str, Path]
     sources: Mapping[str, bytes]
+    description: str = ""
 
 
 def machine_words() -> str:
@@ -60,6 +62,7 @@ def save(folder: Path, results: Results) -> None:
         (folder / name).write_bytes(content)
     kept = {
         "name": results.name,
+        "description": results.description,
         "date": results.date,
         "machine": results.machine,
         "pictures": {title: file.name for title, file in results.pictures.items()},
@@ -87,6 +90,7 @@ def load(folder: Path) -> Results:
             kept["reports"],
             {title: folder / name for title, name in kept["pictures"].items()},
             {name: (folder / name).read_bytes() for name in kept["sources"]},
+            kept.get("description", ""),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         allowed = "a folder that `hive compare` has written, or an experiment (.yaml)"
@@ -123,11 +127,14 @@ def show(folder: Path, several: Sequence[Results]) -> None:
             if name.endswith(".yaml")
         }
     # What windows show, so that they need not know how figures are made.
+    words = " ".join(dict.fromkeys(each.description for each in several if each.description))
     shown = {
+        "description": words,
         "table": rows_of(table),
         "pictures": {title: os.path.relpath(file, folder) for title, file in pictures.items()},
     }
     (folder / SHOWN).write_text(json.dumps(shown, indent=1) + "\n", encoding="utf-8")
-    facts = "; ".join(f"{each.name}: {each.date}, {each.machine}" for each in several)
+    made = "; ".join(f"{each.name}: {each.date}, {each.machine}" for each in several)
+    facts = f"{words} {made}".strip()
     name = " and ".join(dict.fromkeys(each.name for each in several))
     write_page(folder / PAGE, name, facts, table, pictures, sources)

@@ -16,6 +16,7 @@ from fleet_manager.demo.picture import draw_run
 from fleet_manager.errors import FleetManagerError, StartError
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
+from hive_lab.compare.forecast import Forecast, share_of_run
 from hive_lab.compare.results import Results, machine_words
 from hive_lab.compare.simulator_run import run_in_simulator
 from hive_lab.compare.sources import sources_of
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from hive_lab.compare.experiment import Experiment, Variant
 
 TELL_EVERY = 0.5  # least time between two words on the progress of a run [s]
-_LEAST_SHARE = 0.02  # below this share the remaining time is anybody's guess
 _END_WITHIN = 30.0  # time that a run has to end its processes [s]
 
 
@@ -41,10 +41,8 @@ class Progress:
         run: The run under way, in words.
         number: Its number, from 1.
         runs: How many there are.
-        share: Of all of them, 0..1; the run under way counts by the share of its tasks that have
-            ended, or of its time limit, whichever is more.
-        remaining: Estimated time until the end [s], by what the runs took so far; None while too
-            little is known.
+        share: Of all of them that is done, 0..1.
+        remaining: Estimated time until the end [s]; None while too little is known.
     """
 
     run: str
@@ -52,19 +50,6 @@ class Progress:
     runs: int
     share: float
     remaining: float | None
-
-
-def remaining_time(elapsed: float, share: float) -> float | None:
-    """Return the time until everything is done [s], if it goes on as it went.
-
-    Args:
-        elapsed: Since the start [s].
-        share: What is done, 0..1.
-
-    Returns:
-        None below 2 %.
-    """
-    return elapsed * (1.0 - share) / share if share >= _LEAST_SHARE else None
 
 
 def run_all(
@@ -81,24 +66,27 @@ def run_all(
     Raises:
         HiveError: A run could not be made; the text names it.
     """
-    began, date = time.monotonic(), datetime.now().astimezone().isoformat(timespec="seconds")
+    date = datetime.now().astimezone().isoformat(timespec="seconds")
     runs, sources = experiment.runs, sources_of(experiment)
     reports: dict[str, list[dict[str, Any]]] = {
         variant.label: [] for variant in experiment.variants
     }
     pictures: dict[str, Path] = {}
+    forecast = Forecast([variant for variant, _ in runs])
     for number, (variant, seed) in enumerate(runs):
-        words = f"{variant.label}, seed {seed}"
+        words, began = f"{variant.label}, seed {seed}", time.monotonic()
 
-        def told(share: float, done: int = number, words: str = words) -> None:
-            whole = (done + share) / len(runs)
-            left = remaining_time(time.monotonic() - began, whole)
-            tell(Progress(words, done + 1, len(runs), whole, left))
+        def told(
+            share: float, done: int = number, words: str = words, began: float = began
+        ) -> None:
+            left = forecast.remaining(time.monotonic() - began, share)
+            tell(Progress(words, done + 1, len(runs), (done + share) / len(runs), left))
 
         told(0.0)
         picture = folder / f"{variant.file_name}-{seed}.png"
         reports[variant.label].append(_apart(experiment, variant, seed, picture, told))
         pictures[words] = picture
+        forecast.note(time.monotonic() - began)
     return Results(
         experiment.name,
         date,
@@ -106,6 +94,7 @@ def run_all(
         reports,
         pictures,
         sources,
+        experiment.description,
     )
 
 
@@ -167,11 +156,12 @@ def _work(
     """Make one run, tell its progress, and send its report."""
     _end_by_exit()
     last = [0.0]
+    scenario = experiment.scenario_of(seed)
 
-    def look(_now: float, ended: float) -> None:
+    def look(now: float, ended: float) -> None:
         if time.monotonic() - last[0] >= TELL_EVERY:
             last[0] = time.monotonic()
-            pipe.send(("share", ended))
+            pipe.send(("share", share_of_run(scenario, now, ended)))
 
     try:
         if experiment.run_on == "virtual":
@@ -191,7 +181,6 @@ def _work(
         "remarks": result.remarks,
         "run_on": experiment.run_on,
     }
-    scenario = experiment.scenario_of(seed)
     places = places_of(scenario.world)
     draw_run(picture, report, result.history, load_map(scenario.map), places)
     pipe.send(("report", report))

@@ -39,8 +39,7 @@ def run_in_simulator(
         experiment: What is posted, and what goes wrong.
         variant: How the hive decides.
         seed: Of the load.
-        look: Called with the time since the first posting [s], and the share of the run that is
-            over, 0..1.
+        look: See `fleet_manager.demo.runner.DemoRun`.
         folder: An empty folder.
 
     Raises:
@@ -57,7 +56,7 @@ def run_in_simulator(
 
         def see(now: float, ended: float) -> None:
             faults.look(now)
-            look(now, max(ended, now / scenario.time_limit))
+            look(now, ended)
 
         return run_demo(plan, hive, connect, sink, see)
 

@@ -41,8 +41,7 @@ def run_virtual(experiment: Experiment, variant: Variant, seed: int, look: Look)
         experiment: What is posted, and what goes wrong.
         variant: How it is decided.
         seed: Of the load, the simulation's noise and the network.
-        look: Called with the time since the first posting [s], and the share of the run that is
-            over, 0..1.
+        look: See `fleet_manager.demo.runner.DemoRun`.
     """
     return _VirtualRun(experiment, variant, seed).run(look)
 
@@ -75,7 +74,7 @@ class _VirtualRun:
                 break
             network.run(network.now + LOOK_EVERY)
             self._observe()
-            look(now, max(ended / tasks, now / scenario.time_limit))
+            look(now, ended / tasks)
         self._history.close(network.now)
         clocks = Clocks(date, 0.0, network.now - self._begin, time.monotonic() - wall)
         report = make_report(scenario, self._plan, self._state, self._history, clocks)

@@ -16,17 +16,21 @@ from pathlib import Path
 from python_qt_binding.QtCore import QSettings
 from python_qt_binding.QtWidgets import QApplication
 
-from fleet_manager.gui.benchmarks import Benchmarks
+from fleet_manager.gui.benchmarks.window import Benchmarks
 from hive_lab.windows.pictures import Studio, own_screen
 
-SIZE = (1280, 700)
+SIZE = (1440, 880)
 EXPERIMENT = {
+    "description": "Whoever coordinates is killed after 10 s.",
     "fleet": "lab",
     "load": {"at_once": 8, "mix": {"GA": 1.0, "GAB": 2.0, "GPA": 0.5, "GPAB": 0.5}},
     "world": "lab",
-    "decisions": ["distributed", "planned"],
+    "architectures": ["hive", "report", "central"],
+    "decisions": ["planned"],
     "cost_models": ["latency"],
     "seeds": [1, 2],
+    "faults": [{"after": 10.0, "kill": "blackboard"}],
+    "time_limit": 300.0,
 }
 PICTURE = "planned, latency, seed 1"
 """The run whose picture is shown."""

@@ -37,10 +37,10 @@ from python_qt_binding.QtWidgets import (
 from fleet_manager.client.comparison import PAGE, SHOWN, TABLE
 from fleet_manager.client.formats import duration
 from fleet_manager.desk.experiment import ShownExperiment
-from fleet_manager.gui.background import Background
-from fleet_manager.gui.child_process import ChildProcess
-from fleet_manager.gui.experiment_form import ExperimentForm
-from fleet_manager.gui.picture import Picture
+from fleet_manager.gui.benchmarks.background import Background
+from fleet_manager.gui.benchmarks.child_process import ChildProcess
+from fleet_manager.gui.benchmarks.form import ExperimentForm
+from fleet_manager.gui.benchmarks.picture import Picture
 from hive_common.checked_yaml import read_checked
 from hive_common.errors import HiveError
 from hive_common.resources import beside, names_in, package_folder
@@ -207,7 +207,7 @@ class Benchmarks(QWidget):
         self.saved.clear()
         files = self._results.glob(f"*/{SHOWN}")
         for file in sorted(files, key=lambda file: file.stat().st_mtime, reverse=True):
-            item = QListWidgetItem(file.parent.name)
+            item = QListWidgetItem(f"{file.parent.name}  {_description(file)}".rstrip())
             item.setData(Qt.UserRole, str(file.parent))
             self.saved.addItem(item)
 
@@ -426,6 +426,14 @@ def _found_from(file: Path, content: Mapping[str, Any]) -> dict[str, Any]:
         RuntimeError: A path begins with the home folder of somebody who is not there.
     """
     return {key: beside(file, content[key]) for key in FILES if content.get(key)}
+
+
+def _description(file: Path) -> str:
+    """Return what results are about; empty where the file does not say."""
+    try:
+        return str(json.loads(file.read_text(encoding="utf-8")).get("description", ""))
+    except (OSError, ValueError, AttributeError):
+        return ""  # who looks at it is told what is wrong
 
 
 def _saved(file: Path) -> tuple[list[list[str]], dict[str, str]]:

@@ -9,7 +9,7 @@ from python_qt_binding.QtCore import QSize, Qt
 from python_qt_binding.QtGui import QImage, QImageReader, QPixmap
 from python_qt_binding.QtWidgets import QLabel, QScrollArea
 
-from fleet_manager.gui.background import Background
+from fleet_manager.gui.benchmarks.background import Background
 
 if TYPE_CHECKING:
     from concurrent.futures import Future

@@ -33,9 +33,9 @@ from fleet_manager.desk.experiment import (
     TypedExperiment,
     robot_names,
 )
-from fleet_manager.gui.background import Background
-from fleet_manager.gui.fault_editor import FaultEditor
-from fleet_manager.gui.number import Number
+from fleet_manager.gui.benchmarks.background import Background
+from fleet_manager.gui.benchmarks.fault_editor import FaultEditor
+from fleet_manager.gui.benchmarks.number import Number
 from hive_common.resources import names_in
 from hive_common.structuring import structure
 
@@ -51,6 +51,7 @@ class ExperimentForm(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self.description = QLineEdit(placeholderText="what it is for, in a sentence")
         self.fleet = _files("fleet_manager", "fleets")
         self.by_scenario = QRadioButton("&Scenario")
         self.by_load = QRadioButton("&Load generator")
@@ -95,6 +96,7 @@ class ExperimentForm(QWidget):
         """Show an experiment."""
         self.by_load.setChecked(shown.load is not None)
         self.by_scenario.setChecked(shown.load is None)
+        self.description.setText(shown.description)
         self.fleet.setCurrentText(shown.fleet)
         self.scenario.setCurrentText("demo" if shown.scenario is None else shown.scenario)
         self.world.setCurrentText(shown.world)
@@ -137,6 +139,7 @@ class ExperimentForm(QWidget):
     def typed(self) -> dict[str, Any]:
         """Return everything that was typed, whether it counts or not, and right or wrong."""
         return {
+            "description": self.description.text().strip(),
             "fleet": self.fleet.currentText().strip(),
             "by_load": self.by_load.isChecked(),
             "scenario": self.scenario.currentText().strip(),
@@ -169,8 +172,7 @@ class ExperimentForm(QWidget):
         typed = self.typed()
         tasks = ("load", "world") if typed["by_load"] else ("scenario",)
         content = {key: typed[key] for key in ("fleet", *tasks)}
-        if typed["map"]:
-            content["map"] = typed["map"]
+        content |= {key: typed[key] for key in ("description", "map") if typed[key]}
         is_virtual = typed["run_on"] == "virtual"
         if is_virtual and typed["architectures"] not in ([], [HIVE]):
             content["architectures"] = typed["architectures"]
@@ -249,6 +251,7 @@ class ExperimentForm(QWidget):
         form.addRow(self.faults)
         layout = QFormLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
+        layout.addRow("&Description", self.description)
         for group in (where, tasks, ways, run, faults):
             layout.addRow(group)
 

@@ -15,7 +15,7 @@ from python_qt_binding.QtWidgets import (
 )
 
 from fleet_manager.desk.experiment import BLACKBOARD, LIMIT, ShownFault
-from fleet_manager.gui.number import Number
+from fleet_manager.gui.benchmarks.number import Number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
