@@ -150,6 +150,21 @@ def test_a_task_is_done_with_its_last_step_and_twice_with_its_second_last_step()
     assert ledger.done_twice == 1
 
 
+def test_parts_of_a_task_that_was_split_are_followed_and_do_not_count_as_tasks():
+    ledger = Ledger([GO])
+    part = Task("T1.1", TaskType.GAB, (A, B), payload=4.0)
+    last = split_task(part)[-1]
+    assert ledger.load_during(last) == 0.0
+
+    ledger.learn_parts([part])
+    ledger.note(last, 5.0)
+    ledger.note(last, 6.0)
+
+    assert ledger.load_during(last) == 4.0
+    assert ledger.done_twice == 1
+    assert not ledger.is_all_done
+
+
 def test_a_load_is_on_board_from_its_pick_on():
     task = Task("T1", TaskType.GPAB, (A, B), payload=0.4)
     ledger = Ledger([task])

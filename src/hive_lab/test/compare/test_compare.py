@@ -2,6 +2,7 @@
 """The command `compare`, with real runs on virtual time."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,34 +14,10 @@ from hive_lab.compare.experiment import read_experiment
 from hive_lab.compare.results import Results, load
 from hive_lab.compare.run_all import Progress, run_all
 
-FLEET = """\
-robots:
-  - {name: robot1, model: mir100, pose: [2.6, 2.0, 0.0]}
-  - {name: robot2, model: ld60, pose: [2.6, 4.0, 0.0]}
-"""
-SCENARIO = """\
-description: Two short ways.
-world: lab
-fleet: ./fleet.yaml
-tasks:
-  - {id: A, type: GA, goals: [[4.0, 2.2]]}
-  - {id: B, type: GA, goals: [[4.0, 4.2]], after: 2}
-"""
-EXPERIMENT = """\
-fleet: ./fleet.yaml
-scenario: ./scenario.yaml
-decisions: [distributed, planned]
-cost_models: [latency]
-"""
-
 
 @pytest.fixture
-def mine(tmp_path):
-    (tmp_path / "fleet.yaml").write_text(FLEET, encoding="utf-8")
-    (tmp_path / "scenario.yaml").write_text(SCENARIO, encoding="utf-8")
-    path = tmp_path / "mine.yaml"
-    path.write_text(EXPERIMENT, encoding="utf-8")
-    return path
+def mine(write_experiment):
+    return write_experiment("decisions: [distributed, planned]\n")
 
 
 def test_an_experiment_is_run_shown_and_can_be_repeated_from_its_folder(mine, tmp_path, capsys):
@@ -61,10 +38,30 @@ def test_an_experiment_is_run_shown_and_can_be_repeated_from_its_folder(mine, tm
 
 def test_a_run_that_fails_names_itself(mine, tmp_path):
     experiment = read_experiment(str(mine))
-    (tmp_path / "fleet.yaml").write_text(FLEET.replace("ld60", "nothing"), encoding="utf-8")
+    fleet = tmp_path / "fleet.yaml"
+    fleet.write_text(fleet.read_text("utf-8").replace("ld60", "nothing"), encoding="utf-8")
 
     with pytest.raises(HiveError, match="robot model 'nothing': not known"):
         run_all(experiment, tmp_path, lambda _progress: None)
+
+
+def test_the_remaining_time_goes_by_the_runs_before(mine, tmp_path, monkeypatch):
+    now, told = [0.0], []
+
+    def pretend(_experiment, _variant, _seed, _picture, tell):
+        for share in (0.5, 1.0):
+            now[0] += 50.0
+            tell(share)
+        return {}
+
+    monkeypatch.setattr("hive_lab.compare.run_all._apart", pretend)
+    monkeypatch.setattr("hive_lab.compare.run_all.time", SimpleNamespace(monotonic=lambda: now[0]))
+
+    run_all(read_experiment(str(mine)), tmp_path, told.append)
+
+    shares, left = zip(*((each.share, each.remaining) for each in told), strict=True)
+    assert shares == (0.0, 0.25, 0.5, 0.5, 0.75, 1.0)
+    assert left == (None, 150.0, 100.0, 100.0, 50.0, 0.0)
 
 
 def test_programs_get_the_progress_and_the_folder_as_lines_of_json(

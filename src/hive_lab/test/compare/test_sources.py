@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from hive_common.map_file import load_map
 from hive_common.resources import package_folder
 from hive_lab.compare.experiment import read_experiment
 from hive_lab.compare.sources import sources_of
@@ -78,6 +79,7 @@ def test_an_experiment_can_be_repeated_when_the_files_of_its_user_are_gone(mine,
     assert after.tasks == before.tasks
     assert (folder / "worlds" / "hall.yaml").samefile(after.world)
     assert (folder / "maps" / "hall.yaml").samefile(after.map)
+    assert load_map(after.map).blocked.shape == load_map("lab").blocked.shape
     assert again.runs == runs
     assert again.fleet_of(again.variants[0]).robots[2].model == "ld60"
 

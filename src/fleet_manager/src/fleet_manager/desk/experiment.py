@@ -12,17 +12,14 @@ import attrs
 import yaml
 
 from blackboard.domain.settings import COST_MODEL_NAMES, DECISIONS
-from fleet_manager.client.comparison import ARCHITECTURES
+from fleet_manager.client.comparison import ARCHITECTURES, MOST_LOSS, RUN_ON
 from fleet_manager.config.load import TYPES
 from hive_common.errors import FileError
 from hive_common.resources import find_file
 from hive_common.structuring import NotAllowedError, between, listed, one_of
 
-RUN_ON = ("virtual", "simulator")
-BLACKBOARD = "blackboard"
-"""In faults, whoever coordinates."""
-WEIGHT, LIMIT, LOSS = 100.0, 86400.0, 0.5
-"""The largest weight of a task type, time [s], and share of lost messages."""
+WEIGHT, LIMIT = 100.0, 86400.0
+"""The largest weight of a task type, and time [s]."""
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # a large fleet takes the other one long
 
 _Seconds = Annotated[float, between(0, LIMIT, "a number of seconds")]
@@ -81,7 +78,7 @@ class ShownExperiment:
     run_on: Annotated[str, one_of(*RUN_ON)] = "virtual"
     rtf: Annotated[float, between(0.1, 20, "simulated time per real time")] = 3.0
     faults: tuple[ShownFault, ...] = ()
-    loss: Annotated[float, between(0, LOSS, "a share of the messages")] = 0.0
+    loss: Annotated[float, between(0, MOST_LOSS, "a share of the messages")] = 0.0
     time_limit: Annotated[float, between(0.1, LIMIT, "a number of seconds")] = 3600.0
 
 

@@ -59,7 +59,7 @@ def compare(sources: tuple[str, ...], results: Path, progress: bool) -> None:
     """  # noqa: D301  (to click, \b means: keep the lines)
     if not sources:
         for name in names_in("fleet_manager", "experiments"):
-            click.echo(f"{name:<12} {read_experiment(name).description}")
+            click.echo(f"{name:<14} {read_experiment(name).description}")
         return
     tell = _tell_programs if progress else _TellPeople()
     read: list[Results | Experiment] = [

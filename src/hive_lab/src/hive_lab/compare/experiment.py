@@ -12,7 +12,7 @@ import attrs
 
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.settings import DECISIONS
-from fleet_manager.client.comparison import ARCHITECTURES
+from fleet_manager.client.comparison import ARCHITECTURES, BLACKBOARD, HIVE, MOST_LOSS, RUN_ON
 from fleet_manager.config.fleet_file import Fleet, read_fleet
 from fleet_manager.config.load import Load
 from fleet_manager.config.places import places_of
@@ -28,18 +28,6 @@ from hive_common.structuring import (
     one_of,
     positive,
 )
-
-RUN_ON = ("virtual", "simulator")
-"""Where an experiment runs: on virtual time in one process, or as a whole system on ROS."""
-
-BLACKBOARD = "blackboard"
-"""In faults, the process that coordinates, whatever the architecture calls it."""
-
-MOST_LOSS = 0.5  # largest share of lost messages
-
-HIVE = "hive"
-"""The architecture that the product is."""
-
 
 _WHO = "the name of a robot, or blackboard"
 

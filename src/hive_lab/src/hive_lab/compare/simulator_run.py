@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import yaml
 
+from fleet_manager.client.comparison import BLACKBOARD
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.demo.runner import DemoPlan, run_demo
 from fleet_manager.ros.command_line import connect
 from hive_common.resources import beside
-from hive_lab.compare.experiment import BLACKBOARD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -8,15 +8,16 @@ from datetime import datetime
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, SYNC, TASK_STATE
 from blackboard.domain.task import Task
+from fleet_manager.client.comparison import BLACKBOARD
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 from fleet_manager.demo.history import History, TaskTimes
 from fleet_manager.demo.report import Clocks, make_report
 from fleet_manager.demo.runner import DemoResult
 from hive_lab.architectures.kinds import BUILDERS
-from hive_lab.compare.experiment import BLACKBOARD
 from hive_lab.compare.simulated_trial import SimulatedTrial
 
 if TYPE_CHECKING:
@@ -103,6 +104,9 @@ class _VirtualRun:
             self._history.tasks.setdefault(report.id, TaskTimes(posted=now - self._begin))
         elif topic != ROBOT_STATUS:  # what batteries have left is known better
             self._history.add(now, report)
+        if isinstance(report, TaskList):
+            parts = (record.task for record in report.records if record.parent)
+            self._trial.ledger.learn_parts(parts)
         self._state.take_in(report, now, now)
 
     def _observe(self) -> None:

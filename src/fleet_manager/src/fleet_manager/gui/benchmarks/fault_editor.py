@@ -14,7 +14,8 @@ from python_qt_binding.QtWidgets import (
     QWidget,
 )
 
-from fleet_manager.desk.experiment import BLACKBOARD, LIMIT, ShownFault
+from fleet_manager.client.comparison import BLACKBOARD
+from fleet_manager.desk.experiment import LIMIT, ShownFault
 from fleet_manager.gui.benchmarks.number import Number
 
 if TYPE_CHECKING:

@@ -22,11 +22,10 @@ from python_qt_binding.QtWidgets import (
 )
 
 from blackboard.domain.settings import COST_MODEL_NAMES, DECISIONS
-from fleet_manager.client.comparison import ARCHITECTURES
+from fleet_manager.client.comparison import ARCHITECTURES, HIVE, MOST_LOSS
 from fleet_manager.config.load import TYPES
 from fleet_manager.desk.experiment import (
     LIMIT,
-    LOSS,
     WEIGHT,
     ShownExperiment,
     ShownLoad,
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 RUN_ON_WORDS = {"virtual": "virtual time", "simulator": "simulator, on ROS"}
-HIVE = "hive"
 
 
 class ExperimentForm(QWidget):
@@ -72,7 +70,7 @@ class ExperimentForm(QWidget):
         self.rtf = Number(minimum=0.1, maximum=20, prefix="x ")
         self.limit = Number(minimum=0.1, maximum=LIMIT, suffix=" s")
         self.faults = FaultEditor()
-        self.loss = Number(maximum=100 * LOSS, suffix=" %")
+        self.loss = Number(maximum=100 * MOST_LOSS, suffix=" %")
         self.loss.setToolTip("Share of the messages between two processes that are lost")
         self._background = Background(self)
         self._lay_out()
