@@ -15,7 +15,7 @@ from blackboard.consensus import election, leader, node, step
 from blackboard.consensus.bootstrap import Handover
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import name_of
-from blackboard.consensus.messages import BallotKind
+from blackboard.consensus.messages import BallotKind, Heartbeat
 from hive_lab.fault_schedules.simulated_member import Disk
 
 
@@ -139,6 +139,16 @@ def join_without_handing_over(patch):
     patch.setattr(Handover, "is_done", True)
 
 
+def give_way_only_to_a_leader(patch):
+    compare = MemberFilter._compare  # noqa: SLF001  (the rule is in it)
+
+    def deaf(self, message, own):
+        if isinstance(message, Heartbeat):
+            compare(self, message, own)
+
+    patch.setattr(MemberFilter, "_compare", deaf)
+
+
 STORM, LATE, RESTARTS = "election storm", "late messages", "quick restarts"
 CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
@@ -158,7 +168,8 @@ CAUGHT_BY = {
     change_members_without_waiting: (39, CHURN),
     keep_the_id_when_the_disk_is_lost: (114, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (10, DISKS),
+    join_without_handing_over: (51, DISKS),
+    give_way_only_to_a_leader: "second hive",
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 

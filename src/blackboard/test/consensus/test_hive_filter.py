@@ -188,6 +188,32 @@ def test_a_smaller_hive_decides_nothing_while_it_hears_the_larger_one():
     assert member.node.may_act()
 
 
+def test_a_smaller_hive_decides_nothing_while_members_of_a_larger_one_answer_without_a_leader():
+    member = only_member()
+
+    member.network.send(BB_ACK, AppendReply("robot1#1", 3, 0, 0.0, "hive2", members=3))
+    member.network.run(0.1)
+
+    assert not member.node.may_act()
+    assert "hears hive hive2 (3 members, according to robot1)" in member.talker.warnings[0]
+
+
+@pytest.mark.parametrize(("members", "answers"), [(("robot4",), True), (OTHERS, False)])
+def test_a_member_answers_the_leader_of_a_smaller_hive(members, answers):
+    member = Member()
+    member.hear_beats("hive1", 4, seconds=1.0, members=("robot1", "robot2"))
+    said = len(member.network.heard)
+
+    member.hear_beats("hive2", 1, seconds=0.2, leader="robot4", members=members)
+    told = [
+        (message.hive, message.members, message.to)
+        for topic, message in member.network.heard[said:]
+        if topic == BB_ACK
+    ]
+
+    assert told == [("hive1", 2, ("robot4",))] * answers
+
+
 def test_a_larger_hive_goes_on():
     member = only_member()
 

@@ -185,6 +185,16 @@ def test_the_robot_beside_a_member_receives_only_what_is_committed():
     assert member.told[1:] == [TaskList(1, 3, (ONE, TWO), "hive1")]
 
 
+def test_the_robot_is_told_up_to_which_assignment_tasks_are_forgotten():
+    member = Follower()
+    ended = replace(ONE, state=TaskState.DONE, assignment=3)
+    member.hear(Entry(1, 2, (ended,)), Entry(1, 3, (), forgotten=("T1",)), committed=3)
+
+    member.network.run(1.0)
+
+    assert member.told == [TaskList(1, 3, (), "hive1", earlier=3)]
+
+
 def test_the_robot_receives_changes_within_the_sync_period_together():
     member = Follower()
     member.hear(Entry(1, 2, (ONE,)), committed=2)

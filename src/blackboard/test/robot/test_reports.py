@@ -115,6 +115,15 @@ def test_an_order_that_the_task_list_has_overtaken_is_answered_by_silence(record
     assert not desk.said()
 
 
+def test_an_order_for_a_task_that_the_list_has_forgotten_is_answered_by_silence():
+    desk = Desk()
+    desk.reports.acknowledge(TaskList(1, 1, (), earlier=2))
+
+    assert desk.reports.answer(ORDER)
+    assert not desk.reports.answer(replace(ORDER, assignment=3))
+    assert not desk.said()
+
+
 @pytest.mark.parametrize("record", [MINE, replace(RELEASED, assignment=1)])
 def test_an_order_that_the_task_list_agrees_with_or_does_not_know_yet_stands(record):
     desk = Desk()

@@ -62,6 +62,19 @@ def test_a_robot_asks_its_member_for_the_list_with_every_status():
     assert member.asked == 3
 
 
+def test_a_late_order_for_a_task_that_the_hive_has_forgotten_is_not_carried_out():
+    member = Beside()
+    harness = RobotHarness(hive_filter=member)
+    harness.order(GO)
+    harness.wait(STEP + 1.5)
+    member.tell(TaskList(1, 3, (TaskRecord(GO, DONE, "robot1", 1, assignment=1),)))
+    member.tell(TaskList(1, 4, (), earlier=1))
+
+    harness.order(GO)
+
+    assert harness.status.tasks == ()
+
+
 def test_a_robot_drops_a_task_that_the_hive_has_forgotten():
     harness = RobotHarness()
     harness.order(GO)

@@ -67,7 +67,7 @@ FULL = {
         put_off_for="T9",
         eta_margin=1.25,
     ),
-    "LIST": TaskList(2, 3, (RECORD,), "hive"),
+    "LIST": TaskList(2, 3, (RECORD,), "hive", earlier=4),
     "BROADCAST": Broadcast(
         *(2, 3, ((TASK, 1), (TASK, 2)), "hive", 4, {"robot1": "", "robot2": "T7"}),
         basis=True,
@@ -93,7 +93,7 @@ FULL = {
     "ENTRIES": AppendEntries(
         3, "robot1#1", Position(2, 8), (ENTRY,), 5, 6.5, SNAPSHOT, "hive", to=()
     ),
-    "REPLY": AppendReply("robot1#1", 2, 3, 4.5, "hive", voter=True),
+    "REPLY": AppendReply("robot1#1", 2, 3, 4.5, "hive", voter=True, members=6),
     "BALLOT": Ballot(BallotKind.VOTE, 2, "robot1#1", "robot2#1", Position(3, 4), True, 5, "hive"),
 }
 """For each table a value that differs from the defaults in every field of its message."""

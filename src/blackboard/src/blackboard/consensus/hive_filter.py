@@ -122,13 +122,11 @@ class MemberFilter:
             if isinstance(message, Heartbeat):
                 self._own_size = len(message.members)
             return not isinstance(message, AppendReply) or own.role is Role.LEADER
-        if message.hive and isinstance(message, Heartbeat):
+        if message.hive and isinstance(message, Heartbeat | AppendReply):
             self._compare(message, own)
-        elif isinstance(message, AppendReply) and not message.hive:
-            # Somebody is about to bootstrap a hive: tell it that there is one.
-            to = (name_of(message.member),)
-            answer = AppendReply(own.id, own.epoch, 0, 0.0, own.hive, own.voter, to)
-            self._talker.publish(BB_ACK, answer, to)
+        elif isinstance(message, AppendReply):
+            # Somebody is about to bootstrap a hive.
+            self._tell_of(own, name_of(message.member))
         return False
 
     @property
@@ -186,13 +184,18 @@ class MemberFilter:
             self._handover.end()
         self._handover = None
 
-    def _compare(self, heartbeat: Heartbeat, own: Member) -> None:
-        """Find out which of two hives pauses, and say so once."""
-        other = heartbeat.hive
-        size = len(own.members) if own.id in own.members else self._own_size
-        pauses = (len(heartbeat.members), other) > (size, own.hive)
+    def _compare(self, message: Heartbeat | AppendReply, own: Member) -> None:
+        """Find out which of two hives pauses, tell the other if it does, and say so once.
+
+        A hive without a leader pauses the smaller one too: each of its members answers the
+        heartbeats that it hears from there.
+        """
+        other = message.hive
+        pauses = (_size(message), other) > (self._size_of(own), own.hive)
         if pauses:
             self._larger = other, self._talker.now()
+        elif isinstance(message, Heartbeat):
+            self._tell_of(own, message.leader)
         if other in self._warned:
             return
         self._warned.add(other)
@@ -208,8 +211,38 @@ class MemberFilter:
             )
         self._talker.warn(
             f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {other} "
-            f"({', '.join(heartbeat.members)}), led by {heartbeat.leader}; {then}"
+            f"({_described(message)}); {then}"
         )
+
+    def _size_of(self, own: Member) -> int:
+        """Return how many members this member's hive has."""
+        return len(own.members) if own.id in own.members else self._own_size
+
+    def _tell_of(self, own: Member, name: str) -> None:
+        """Tell a member of a smaller hive, or of none, that there is this one."""
+        answer = AppendReply(
+            own.id,
+            own.epoch,
+            version=0,
+            echo=0.0,
+            hive=own.hive,
+            voter=own.voter,
+            members=self._size_of(own),
+            to=(name,),
+        )
+        self._talker.publish(BB_ACK, answer, answer.to)
+
+
+def _size(message: Heartbeat | AppendReply) -> int:
+    """Return how many members the sender's hive has."""
+    return len(message.members) if isinstance(message, Heartbeat) else message.members
+
+
+def _described(message: Heartbeat | AppendReply) -> str:
+    """Return the sender's hive in words."""
+    if isinstance(message, Heartbeat):
+        return f"{', '.join(message.members)}, led by {message.leader}"
+    return f"{message.members} members, according to {name_of(message.member)}"
 
 
 def _may_leave(own: Member) -> bool:

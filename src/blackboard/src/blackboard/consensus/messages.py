@@ -68,7 +68,10 @@ class AppendEntries:
 
 @dataclass(frozen=True, slots=True)
 class AppendReply:
-    """Tells the leader how much of its log a member has on disk (message BbAck)."""
+    """Tells the leader how much of its log a member has on disk (message BbAck).
+
+    To members of no hive or of a smaller one, it tells that there is this one.
+    """
 
     member: str  # id of the sender
     epoch: int  # the highest epoch it has seen
@@ -76,6 +79,7 @@ class AppendReply:
     echo: float  # `sent` of the message it answers [s]
     hive: str = ""  # empty while the sender belongs to none
     voter: bool = True  # whether the sender is willing to lead; a learner gets no vote
+    members: int = 0  # how many members have a vote in its hive, as far as it knows
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 

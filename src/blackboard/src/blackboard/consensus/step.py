@@ -104,7 +104,16 @@ def _handle_leader(member: Member, message: Heartbeat | AppendEntries, now: floa
 
 
 def _reply(member: Member, version: int, echo: float, to: str) -> AppendReply:
-    return AppendReply(member.id, member.epoch, version, echo, member.hive, member.voter, (to,))
+    return AppendReply(
+        member.id,
+        member.epoch,
+        version,
+        echo,
+        hive=member.hive,
+        voter=member.voter,
+        members=len(member.members),
+        to=(to,),
+    )
 
 
 def _follow(member: Member, epoch: int, leader: str, hive: str, now: float) -> Member | None:

@@ -24,6 +24,7 @@ class TaskList:
     # Every task the hive knows, in the order they were posted.
     records: tuple[TaskRecord, ...] = ()
     hive: str = ""  # id of the hive
+    earlier: int = 0  # the highest assignment number of any task that was forgotten
 
     @cached_property
     def by_id(self) -> Mapping[str, TaskRecord]:
@@ -39,8 +40,9 @@ class TaskList:
 def committed_list(member: Member) -> TaskList:
     """Return the task list as far as a member knows that it is committed."""
     log = member.log
-    records = tuple(log.stable.records.values())
-    return TaskList(member.epoch, log.committed, records, member.hive)
+    known = log.stable
+    records = tuple(known.records.values())
+    return TaskList(member.epoch, log.committed, records, member.hive, known.earlier)
 
 
 class Coalescer:

@@ -58,7 +58,7 @@ class Reports:
             self._send(report)
 
     def answer(self, order: Order) -> bool:
-        """Return whether an order comes too late, because its task was reported on before.
+        """Return whether an order comes too late: it was reported on, or the list has overtaken it.
 
         A robot never repeats what it has done, whatever the assignment number. The report is sent
         again, unless the hive is known to have it: then the order was just slower than the task
@@ -71,7 +71,10 @@ class Reports:
             self._send(report)
             return True
         record = self._known.get(order.task.id)
-        return record is not None and record.has_ended(self._robot_id, order.assignment)
+        if record is None:
+            # Tasks that this list does not know yet have higher numbers than all it has forgotten.
+            return self._newest is not None and order.assignment <= self._newest.earlier
+        return record.has_ended(self._robot_id, order.assignment)
 
     def forget(self, order: Order) -> None:
         """Stop reporting on a task that the hive has forgotten, up to the order's assignment."""

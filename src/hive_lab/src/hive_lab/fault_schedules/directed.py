@@ -14,10 +14,12 @@ from hive_common.pose import Pose
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     BOARD_SETTINGS,
+    LEADER,
     OPERATOR,
     Crash,
     Cut,
     FaultSchedule,
+    Freeze,
     Post,
     Strike,
     Trigger,
@@ -32,15 +34,21 @@ if TYPE_CHECKING:
 _SEED = 0  # of the small delays; the schedules are tuned for this seed
 
 _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
+_TWO_GOALS = Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(2.0, 2.0)))
+_POSTED = Post(8.0, _TASK)
 
 
 def _schedule(
-    name: str, *faults: Happening, stagger: float = 0.25, keep_ended: float = 3600.0
+    name: str,
+    *happenings: Happening,
+    robots: int = 2,
+    stagger: float = 0.25,
+    keep_ended: float = 3600.0,
 ) -> FaultSchedule:
-    """Return a schedule for the blackboard node and two robots."""
+    """Return a schedule for the blackboard node and some robots."""
     settings = RaftSettings(kept_changes=4, stagger=stagger)
     board = evolve(BOARD_SETTINGS, keep_ended=keep_ended)
-    return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, board, scenario=name)
+    return FaultSchedule(_SEED, robots, happenings, settings, board, scenario=name)
 
 
 # The blackboard node and robot2 both ask robot1 for its vote in epoch 2. The blackboard node wins
@@ -78,17 +86,31 @@ _POSTED_ANEW = (
     Post(16.0, _TASK, anew=True),
 )
 
+# The blackboard node loses its disk while it is cut off, and bootstraps a second hive. When the cut
+# ends, the first hive has no leader, and robot2 loses its disk and joins the second, in which an
+# operator posts T1 anew.
+_SECOND_HIVE = (
+    Cut(12.0, (BLACKBOARD,), 7.0),
+    Crash(12.5, BLACKBOARD, 0.2, disk_lost=True),
+    Post(16.0, _TWO_GOALS),
+    Freeze(16.3, LEADER, 9.0),
+    Crash(18.9, "robot2", 0.2, disk_lost=True),
+    Post(19.3, _TWO_GOALS, anew=True),
+)
+
 DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
     {
         each.scenario: each
         for each in (
-            _schedule("rivals", *_RIVALS),
+            _schedule("rivals", _POSTED, *_RIVALS),
             _schedule(
-                "forgetful rivals", *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))
+                "forgetful rivals",
+                *(_POSTED, *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))),
             ),
-            _schedule("late vote", *_LATE_VOTE, stagger=3.5),
-            _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),
-            _schedule("figure 8", *_FIGURE_8),
+            _schedule("late vote", _POSTED, *_LATE_VOTE, stagger=3.5),
+            _schedule("posted anew", _POSTED, *_POSTED_ANEW, keep_ended=1.0),
+            _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0),
+            _schedule("figure 8", _POSTED, *_FIGURE_8),
         )
     }
 )

@@ -165,7 +165,7 @@ UPDATE = Codec(
 LIST = Codec(
     bb_msgs.BbSynch,
     TaskList,
-    "epoch version hive",
+    "epoch version hive earlier",
     _stamped("map"),
     _many(RECORD, "records", "tasks"),
 )
@@ -371,7 +371,10 @@ ENTRIES = Codec(
 )
 
 REPLY = Codec(
-    bb_msgs.BbAck, AppendReply, "member epoch version echo hive voter=stands_by", _stamped()
+    bb_msgs.BbAck,
+    AppendReply,
+    "member epoch version echo hive voter=stands_by members",
+    _stamped(),
 )
 
 BALLOT = Codec(
