@@ -58,7 +58,7 @@ class Reports:
             self._send(report)
 
     def answer(self, order: Order) -> bool:
-        """Return whether an order comes too late: it was reported on, or the list has overtaken it.
+        """Return whether an order comes too late: it was reported on, or the list is newer.
 
         A robot never repeats what it has done, whatever the assignment number. The report is sent
         again, unless the hive is known to have it: then the order was just slower than the task

@@ -86,9 +86,9 @@ _POSTED_ANEW = (
     Post(16.0, _TASK, anew=True),
 )
 
-# The blackboard node loses its disk while it is cut off, and bootstraps a second hive. When the cut
-# ends, the first hive has no leader, and robot2 loses its disk and joins the second, in which an
-# operator posts T1 anew.
+# The blackboard node loses its disk while it is cut off, and bootstraps a second hive. When the
+# cut ends, the first hive has no leader, and robot2 loses its disk and joins the second, in which
+# an operator posts T1 anew.
 _SECOND_HIVE = (
     Cut(12.0, (BLACKBOARD,), 7.0),
     Crash(12.5, BLACKBOARD, 0.2, disk_lost=True),
