@@ -57,12 +57,18 @@ class LeaseKeeper:
         self._lease = Lease(robot_id, talker.now())
         self._longest = -math.inf
         self._lapse: Timer | None = None
+        self._tell: Callable[[float], None] = lambda _: None
         self._last_hive = ""
         self._epoch = 0
 
     def start(self) -> None:
         """Begin to listen."""
         self._talker.subscribe(BACKUP, self._hear_beat)
+
+    def tell_to(self, hear: Callable[[float], None]) -> None:
+        """Tell when the lease ends [s, the talker's time], at once and whenever that changes."""
+        self._tell = hear
+        hear(self._talker.now() + self._lease.remaining(self._talker.now()))
 
     def holds(self) -> bool:
         """Return whether the robot may work now."""
@@ -106,6 +112,7 @@ class LeaseKeeper:
             if self._lapse is not None:
                 self._lapse.cancel()
             lasts = self._lease.remaining(now) + _A_MOMENT
+            self._tell(now + lasts)
             self._lapse = self._talker.after(lasts, self._changed)
             self._changed()
         elif not self._lease.is_echoed_within(_PERIODS_UNHEARD * self._period, now):

@@ -40,6 +40,8 @@ from blackboard.robot.unloading import Unloading
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
     from blackboard.consensus.task_list import TaskList
@@ -186,6 +188,10 @@ class Robot:
         if self._service.state is not None:
             return self._service.state
         return RobotState.IDLE if self._current is None else RobotState.BUSY
+
+    def tell_lease_to(self, hear: Callable[[float], None]) -> None:
+        """Tell how long the robot may drive [s, the talker's time], at once and at each change."""
+        self._lease.tell_to(hear)
 
     def set_pose(self, pose: Pose) -> None:
         """Note where it is [map frame]."""

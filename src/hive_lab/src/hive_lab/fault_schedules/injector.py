@@ -62,6 +62,7 @@ class FaultInjector:
         elif isinstance(fault, PowerCut):
             for name in self._members:
                 lasts = fault.lasts + self._network.random.uniform(0.0, 2.0)
+                self._members[name].base.cancel()
                 self._end(Crash(fault.at, name, lasts))
         elif isinstance(fault, Freeze):
             self._freeze(replace(fault, member=self._who(fault.member)))
@@ -181,7 +182,8 @@ class FaultInjector:
         if member.host.up:
             member.host.crash()
         self._checker.after_event(member.host)
-        self._checker.stopped(member.name)
+        member.base.process_ended()
+        self._stop(member)
         if member.disk.filled_up:
             self._checker.reports_lost(member.name)
         if crash.disk_lost:
@@ -193,6 +195,11 @@ class FaultInjector:
             member.gone = True
         else:
             self._network.schedule(crash.back_after, None, self.boot, member)
+
+    def _stop(self, member: SimulatedMember) -> None:
+        """Note that a robot no longer works, unless its base drives on."""
+        if not member.base.drives:
+            self._checker.stopped(member.name)
 
     def _would_lose_majority(self, lost: SimulatedMember) -> bool:
         """Return whether a majority needs this disk: the protocol does not survive its loss."""
@@ -214,11 +221,11 @@ class FaultInjector:
         return False
 
     def _freeze(self, freeze: Freeze) -> None:
-        host = self._members[freeze.member].host
+        member = self._members[freeze.member]
+        host = member.host
         if host.up and not host.frozen:
             host.frozen = True
-            # A frozen host sends no velocities, so the base's watchdog stops it.
-            self._checker.stopped(freeze.member)
+            self._stop(member)
             self._network.schedule(freeze.lasts, None, self._thaw, (host, host.generation))
 
     def _thaw(self, what: tuple[Host, int]) -> None:

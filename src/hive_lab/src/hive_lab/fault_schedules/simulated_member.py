@@ -20,6 +20,7 @@ from hive_lab.fault_schedules.faulty_network import HostTalker, SimulatedCrashEr
 from hive_lab.fault_schedules.features.kit import RobotKit
 from hive_lab.fault_schedules.schedule import BLACKBOARD, WritePoint
 from hive_lab.fault_schedules.simulated_arm import SimulatedArm
+from hive_lab.fault_schedules.simulated_base import SimulatedBase
 from hive_lab.virtual.hive import make_robot
 from hive_lab.virtual.inline_searcher import InlineSearcher
 
@@ -99,10 +100,10 @@ class Disk(MemoryJournal):
 class Drive:
     """One robot's steps, each a few seconds; see `blackboard.robot.executor.Command`.
 
-    The arm's steps are done by `SimulatedArm`.
+    The steps are done by `SimulatedBase` and `SimulatedArm`, which are processes of their own.
 
     Args:
-        arrive: Called with the goal of every completed step.
+        arrive: Called with the goal of every step of the arm that is completed.
 
     Attributes:
         stalls: Share of the steps that stall.
@@ -115,10 +116,12 @@ class Drive:
         host: Host,
         random: Random,
         arrive: Callable[[Pose], None],
+        base: SimulatedBase,
         arm: SimulatedArm,
         stalls: float = 0.0,
     ) -> None:
         self._host = host
+        self._base = base
         self._arm = arm
         self._random = random
         self._arrive = arrive
@@ -132,14 +135,14 @@ class Drive:
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Begin a step."""
         self._run += 1
-        self._task = step.task_id
-        self._runs = True
-        self.at_work(self._task, True)
         run = self._run
 
         def end(result: CommandResult) -> None:
             self._end((run, step, result, done))
 
+        if step.kind is not StepKind.MOVE:
+            self._task, self._runs = step.task_id, True
+            self.at_work(self._task, True)
         if (known := self._arm.knows(step)) is not None:
             self._host.network.schedule(0.0, self._host, end, known)
             return
@@ -150,22 +153,20 @@ class Drive:
         works = self._random.random() >= _FAILURES
         if self.stalls and self._random.random() < self.stalls:
             duration = _STALLED
-        if step.kind is not StepKind.MOVE:
+        if step.kind is StepKind.MOVE:
+            self._base.start(step, duration, end, works=works)
+        else:
             self._arm.start(step, duration, end, works=works)
-            return
-        state = CommandState.SUCCEEDED if works else CommandState.ABORTED
-        result = CommandResult(state, "" if works else "path blocked")
-        self._host.network.schedule(duration, self._host, end, result)
 
     def cancel(self) -> None:
         """Stop."""
         self._run += 1
-        self._runs = False
+        self._base.cancel()
         self._arm.cancel()
-        self.at_work(self._task, False)
+        self._rest()
 
     def go_on(self) -> None:
-        """Turn the wheels again after a freeze, unless the drive was cancelled meanwhile."""
+        """Work with the arm again after a freeze, unless it was told to stop meanwhile."""
         if self._runs:
             self.at_work(self._task, True)
 
@@ -175,12 +176,17 @@ class Drive:
         run, step, result, done = what
         if run != self._run:
             return
-        self._runs = False
-        self.at_work(self._task, False)
+        self._rest()
         if result.state is CommandState.SUCCEEDED:
-            self._arrive(step.goal)
+            if step.kind is not StepKind.MOVE:
+                self._arrive(step.goal)
             self.step_done(step)
         done(result)
+
+    def _rest(self) -> None:
+        if self._runs:
+            self._runs = False
+            self.at_work(self._task, False)
 
 
 @dataclass
@@ -192,7 +198,8 @@ class SimulatedMember:
         pose: Where the robot stands, also while its process is down.
         node: Of the running process, if any.
         drive: Of the running robot, if any.
-        arm: Of its robot; it outlives the process.
+        base: Of its robot; it outlives the process, like the arm.
+        arm: Of its robot.
         gone: Whether the member never comes back.
         voter: Whether it is a voter rather than a learner.
         kit: What its robot is.
@@ -211,12 +218,14 @@ class SimulatedMember:
     voter: bool = True
     kit: RobotKit = field(default_factory=RobotKit)
     battery: Battery = field(init=False)
+    base: SimulatedBase = field(init=False)
     arm: SimulatedArm = field(init=False)
     at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
 
     def __post_init__(self) -> None:
         self.battery = Battery(self.kit.characteristics.battery, self.kit.charge)
+        self.base = SimulatedBase(self.host)
         self.arm = SimulatedArm(self.host)
         self.disk.hold_up = self.host.hold_up
 
@@ -266,14 +275,16 @@ class SimulatedMember:
             if kit.charging.chargers:
                 robot.add_travel(distance)
 
-        drive = self.drive = Drive(self.host, self.random, arrive, self.arm, kit.stalls)
+        base, arm = self.base, self.arm
+        drive = self.drive = Drive(self.host, self.random, arrive, base, arm, kit.stalls)
 
         def at_work(task: str, works: bool) -> None:
             if works:
                 self.disk.begin_step()
             self.at_work(self.name, task, works)
 
-        drive.at_work = at_work
+        base.at_work = drive.at_work = at_work
+        base.arrive = arrive
         drive.step_done = lambda step: self.step_done(self.name, step)
         robot = make_robot(
             talker,
@@ -288,6 +299,8 @@ class SimulatedMember:
             journal=self.disk,
             hive_filter=hive_filter,
         )
+
+        robot.tell_lease_to(base.hold_until)
 
         def empty(word: str) -> None:
             # Only a person who was told of the load takes it off.
