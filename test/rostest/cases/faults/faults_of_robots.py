@@ -125,7 +125,7 @@ def test_the_task_of_a_killed_robot_is_done_by_another_after_its_lease(hive):
         lambda: any(u.robot_id not in {"", first} for u in operator.updates["killed"]),
         "another robot has the task",
     )
-    moved = time.monotonic()
+    moved, stopped = time.monotonic(), hive.drives[first].cancelled
     leases = [
         heard + beat.robot_lease
         for _, beat in operator.beats
@@ -134,6 +134,7 @@ def test_the_task_of_a_killed_robot_is_done_by_another_after_its_lease(hive):
     ]
 
     assert moved > max(leases)
+    assert stopped == 1  # its base would drive on for an hour
     assert operator.follow("killed") == TaskState.DONE
     assert operator.record_of("killed").robot != first
 
@@ -142,8 +143,14 @@ def test_a_robot_that_was_frozen_beyond_its_lease_drops_what_is_no_longer_its_ow
     operator = ready(hive)
     first = begin(hive, "frozen", (6.0, 1.0))
     let_arrive(hive)
+    stopped = hive.drives[first].cancelled
     hive.freeze(hive.node_of(first))
     try:
+        operator.demand(
+            lambda: any(u.robot_id not in {"", first} for u in operator.updates["frozen"]),
+            "another robot has the task",
+        )
+        stopped = hive.drives[first].cancelled - stopped
         state = operator.follow("frozen")
     finally:
         hive.thaw(hive.node_of(first))
@@ -152,6 +159,7 @@ def test_a_robot_that_was_frozen_beyond_its_lease_drops_what_is_no_longer_its_ow
         f"{first} has dropped it",
     )
 
+    assert stopped == 1  # its base would drive on for an hour
     assert state == TaskState.DONE
     assert operator.record_of("frozen").robot != first
     assert arrivals(hive, (6.0, 1.0)) == 1
@@ -228,7 +236,6 @@ def test_a_lost_robot_is_waited_for_where_the_fleet_says_so_and_does_its_task_on
     first = begin(waiting_hive, "waited", (5.0, 5.0))
     let_arrive(waiting_hive)
     waiting_hive.kill(waiting_hive.node_of(first))
-    waiting_hive.drives[first].cancel_all()
     operator.demand(
         is_said_to_be_lost(operator, "waited"),
         "the list says that it waits",

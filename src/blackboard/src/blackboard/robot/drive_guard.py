@@ -1,51 +1,66 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ends the drives that a robot's process can no longer end, because it hangs or is gone.
+"""Ends the drives that a robot's process can no longer end, because it hangs or has ended.
 
-A robot drives by its navigation, which is a process of its own: it drives on to its goal whatever
-becomes of the robot's process. So a third process, which does nothing else, cancels the goal when
-the lease of the robot ends and is not renewed, or when the robot's process ends.
+A robot's navigation is a process of its own: it drives on to its goal whatever becomes of the
+robot's process. So a third process, which does nothing else, cancels the goal when the robot's
+lease ends and is not renewed, and when the robot's process ends.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple, Protocol
 
 GRACE = 0.2
-"""So long after the end of a lease a drive is cancelled [s]. A robot's process that runs cancels
-it by then; the rest of `lease_margin` is for coming to a stop."""
+"""So long after the end of a lease a drive is cancelled [s]. A robot's process that runs has
+cancelled it by then; the rest of `lease_margin` is for coming to a stop."""
+
+
+class Drive(NamedTuple):
+    """A goal of a robot's navigation."""
+
+    action: str  # name of the action, with its namespace
+    goal: str  # id of the goal
+
+
+class Guard(Protocol):
+    """What a robot tells of its drives."""
+
+    def hold(self, drive: Drive, until: float) -> None:
+        """Let a drive go on until its robot's lease ends, by the machine's clock [s]."""
+
+    def drop(self, drive: Drive) -> None:
+        """Forget a drive that has ended."""
 
 
 class DriveGuard:
-    """Knows how long each drive may go on unless its lease is renewed.
-
-    A drive is known by the name of its action. All times are by one clock, that of the robots'
-    process [s].
-    """
+    """Knows until when each drive may go on; see `Guard`."""
 
     def __init__(self) -> None:
-        self._until: dict[str, float] = {}
+        self._until: dict[Drive, float] = {}
 
-    def hold(self, action: str, until: float) -> None:
-        """Let a drive go on until the end of its robot's lease."""
-        self._until[action] = until
+    def hold(self, drive: Drive, until: float) -> None:
+        """See `Guard.hold`."""
+        self._until[drive] = until
 
-    def drop(self, action: str) -> None:
-        """Forget a drive that has ended."""
-        self._until.pop(action, None)
+    def drop(self, drive: Drive) -> None:
+        """See `Guard.drop`."""
+        self._until.pop(drive, None)
 
     @property
     def next_due(self) -> float:
-        """When the next drive has to be cancelled; infinite if none has to be."""
+        """When the next drive has to be cancelled [s]; infinite if there is none."""
         return min(self._until.values(), default=math.inf) + GRACE
 
-    def due(self, now: float) -> list[str]:
-        """Return the drives that have to be cancelled now, and forget them."""
-        late = [action for action, until in self._until.items() if now >= until + GRACE]
-        for action in late:
-            del self._until[action]
+    def due(self, now: float) -> list[Drive]:
+        """Return the drives that have to be cancelled now [s], and forget them."""
+        late = [drive for drive, until in self._until.items() if now >= until + GRACE]
+        for drive in late:
+            del self._until[drive]
         return late
 
-    def left(self) -> list[str]:
-        """Return all drives that have not ended, and forget them: the process has ended."""
-        found, self._until = list(self._until), {}
+    def left(self) -> list[Drive]:
+        """Return all drives, and forget them: the process of their robots has ended."""
+        found = list(self._until)
+        self._until.clear()
         return found

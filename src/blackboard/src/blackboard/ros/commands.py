@@ -14,12 +14,14 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
 import blackboard.msg as bb_msgs
 from blackboard.domain.task import StepKind
+from blackboard.robot.drive_guard import Drive
 from blackboard.robot.executor import CommandResult, CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.domain.task import TaskStep
+    from blackboard.robot.drive_guard import Guard
     from blackboard.ros.talker import MemberTalker
 
 _STATES = {
@@ -145,6 +147,7 @@ class ActionCommand:
         self._run += 1
         if self._goal is not None:
             self._goal.cancel()
+            self._over()
 
     def _wait_for_server(
         self, run: int, step: TaskStep, done: Callable[[CommandResult], None], since: _Moment
@@ -172,6 +175,7 @@ class ActionCommand:
                 self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
 
         self._goal = self._client.send_goal(self._make_goal(step), changed)
+        self._begun(self._goal)
         now = self._now()
         self._watch(run, self._goal, done, now, now)
 
@@ -220,7 +224,14 @@ class ActionCommand:
         if run == self._run:
             self._run += 1
             self._goal = None
+            self._over()
             done(result)
+
+    def _begun(self, goal: actionlib.ClientGoalHandle) -> None:
+        """Note that a goal was sent."""
+
+    def _over(self) -> None:
+        """Note that no goal is under way any more."""
 
     def _hear(self, _: GoalStatusArray) -> None:
         self._heard = self._now()
@@ -230,10 +241,33 @@ class ActionCommand:
 
 
 class MoveBaseCommand(ActionCommand):
-    """Drives: client of `move_base` (move_base_msgs/MoveBaseAction)."""
+    """Drives: client of `move_base` (move_base_msgs/MoveBaseAction).
 
-    def __init__(self, talker: MemberTalker, server_timeout: float) -> None:
+    Args:
+        guard: Ends a drive for which this process holds no lease any more.
+    """
+
+    def __init__(self, talker: MemberTalker, server_timeout: float, guard: Guard) -> None:
         super().__init__("move_base", MoveBaseAction, _move_goal, talker, server_timeout)
+        self._guard = guard
+        self._action = rospy.resolve_name(f"{talker.own}move_base")
+        self._drive: Drive | None = None
+        self._until = 0.0
+
+    def hold_until(self, end: float) -> None:
+        """Drive no longer than until the robot's lease ends, by the machine's clock [s]."""
+        self._until = end
+        if self._drive is not None:
+            self._guard.hold(self._drive, end)
+
+    def _begun(self, goal: actionlib.ClientGoalHandle) -> None:
+        self._drive = Drive(self._action, goal.comm_state_machine.action_goal.goal_id.id)
+        self._guard.hold(self._drive, self._until)
+
+    def _over(self) -> None:
+        if self._drive is not None:
+            self._guard.drop(self._drive)
+        self._drive = None
 
 
 class PickCommand(ActionCommand):

@@ -24,6 +24,7 @@ from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from blackboard.ros import membership
 from blackboard.ros.commands import ActionCommand, MoveBaseCommand, PickCommand
+from blackboard.ros.guard_process import GuardProcess
 from blackboard.ros.learned_parameter import LearnedParameter
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.senses import Senses, wait_for_pose
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.robot.drive_guard import Guard
     from blackboard.robot.executor import Command
     from blackboard.ros.talker import MemberTalker
     from hive_common.pose import Pose
@@ -67,7 +69,8 @@ def main() -> None:
         `set_state`, `amcl_pose`, `odom`, `drop_charge`, `map_in_use` of the robot.
     ROS Publishers: `task_cost`, `task_state`, `robot_status`, `charger_claim`, `bb_ack` of the
         hive; `battery_state` of the robot; `/diagnostics`.
-    ROS Actions: client of the robot's `move_base` and, if it has an arm, `pick`.
+    ROS Actions: client of the robot's `move_base` and, if it has an arm, `pick`. A process of its
+        own cancels the goal of `move_base` when this one hangs or ends.
     ROS Parameters: `characteristics` of the robot and `charging` of the hive (its chargers and
         thresholds); for all others see config/robot.yaml.
     """
@@ -78,7 +81,8 @@ def _run() -> None:
     names = own_names()
     stands_by = read_stands_by(names)
     talker = RosTalker(names.hive, topics_of(stands_by=stands_by), [names.robot])
-    start_robot(talker, names, lambda settings: RosPathLengths(talker, names.hive, settings))
+    lengths = lambda settings: RosPathLengths(talker, names.hive, settings)  # noqa: E731  (one argument)
+    start_robot(talker, names, lengths, GuardProcess())
     talker.spin()
 
 
@@ -97,6 +101,7 @@ def start_robot(
     process: RosTalker,
     names: RobotNames,
     lengths_by: Callable[[PathSettings], RosPathLengths],
+    guard: Guard,
 ) -> None:
     """Start one robot's part of the hive; it waits for the map and the robot's pose.
 
@@ -104,6 +109,7 @@ def start_robot(
         process: The talker of this process; the caller lets it spin.
         names: The robot's names.
         lengths_by: Makes path lengths on the hive's map, as the settings say.
+        guard: Ends the robot's drives when this process hangs or ends.
 
     Raises:
         ParameterError: A parameter is missing, unknown or has a value that is not allowed.
@@ -116,7 +122,7 @@ def start_robot(
     battery = Battery(body.battery, charge)
     settings, patience = read_robot_settings(names)
     talker = process.member(name, names.robot, names.of(""))
-    drive = MoveBaseCommand(talker, patience.server_timeout)
+    drive = MoveBaseCommand(talker, patience.server_timeout, guard)
     servers: list[ActionCommand] = [drive]
     commands: dict[StepKind, Command] = {StepKind.MOVE: drive}
     if any(kind.picks for kind in body.capabilities):
@@ -133,6 +139,7 @@ def start_robot(
     )
     Senses(talker, robot, battery, settings.status_period).start()
     robot.start()
+    robot.tell_lease_to(drive.hold_until)
     node.start()
 
 

@@ -17,6 +17,7 @@ import attrs
 import rospy
 import tf2_ros
 
+from blackboard.ros.guard_process import GuardProcess
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
 from blackboard.ros.startup import run_node
@@ -108,8 +109,9 @@ def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:
     def lengths(settings: PathSettings) -> RosPathLengths:
         return RosPathLengths(talker, hive, settings)
 
+    guard = GuardProcess()
     for robot in robots:
-        start_robot(talker, robot, lengths)
+        start_robot(talker, robot, lengths, guard)
     talker.spin()
 
 

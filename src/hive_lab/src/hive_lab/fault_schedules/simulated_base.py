@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.robot.drive_guard import DriveGuard
+from blackboard.robot.drive_guard import Drive, DriveGuard
 from blackboard.robot.executor import CommandResult, CommandState
 
 if TYPE_CHECKING:
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
     from hive_lab.fault_schedules.faulty_network import Host
-
-_DRIVE = "move_base"
 
 _NOTICED = 1.0
 """So long after the end of the robot's process the guard has cancelled its drive [s]."""
@@ -38,6 +36,7 @@ class SimulatedBase:
         self._host = host
         self._guard = DriveGuard()
         self._run = 0
+        self._drive = Drive("move_base", "")
         self._task = ""
         self._until = -math.inf
         self._tell: Callable[[CommandResult], None] = lambda _: None
@@ -54,15 +53,21 @@ class SimulatedBase:
         """Let it drive until the end of the lease, by its host's clock [s]."""
         self._until = end
         if self.drives:
-            self._guard.hold(_DRIVE, end)
+            self._guard.hold(self._drive, end)
 
     def start(
-        self, step: TaskStep, duration: float, done: Callable[[CommandResult], None], *, works: bool
+        self,
+        step: TaskStep,
+        duration: float,
+        done: Callable[[CommandResult], None],
+        *,
+        works: bool,
     ) -> None:
         """Drive to the goal of a step, in place of the one before; it takes `duration` [s]."""
         self.cancel()
         self._task, self._tell, self._generation = step.task_id, done, self._host.generation
-        self._guard.hold(_DRIVE, self._until)
+        self._drive = Drive("move_base", str(self._run))
+        self._guard.hold(self._drive, self._until)
         self.at_work(self._task, True)
         self._host.network.schedule(duration, None, self._end, (self._run, step, works))
         self._watch(self._run)
@@ -70,7 +75,7 @@ class SimulatedBase:
     def cancel(self) -> None:
         """Stop."""
         self._run += 1
-        self._guard.drop(_DRIVE)
+        self._guard.drop(self._drive)
         task, self._task = self._task, ""
         if task:
             self.at_work(task, False)

@@ -34,6 +34,7 @@ class FakeBase:
         fails: Whether the next drives abort instead of arriving.
         arrivals: Goals reached so far, x [m] and y [m].
         begun: Number of drives begun.
+        cancelled: Number of drives that were cancelled.
         held: Whether no drive arrives now, however long it has lasted.
 
     ROS Actions: server of `move_base` (move_base_msgs/MoveBaseAction).
@@ -45,6 +46,7 @@ class FakeBase:
         self.fails = False
         self.arrivals: list[tuple[float, float]] = []
         self.begun = 0
+        self.cancelled = 0
         self.held = False
         self._cancelled = 0
         self._pose = rospy.Publisher(
@@ -57,7 +59,7 @@ class FakeBase:
         self._server.start()
 
     def cancel_all(self) -> None:
-        """Cancel the current drive, as a base whose watchdog misses its robot does."""
+        """End the current drive, as a base that loses power does."""
         self._cancelled += 1
 
     def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
@@ -67,6 +69,7 @@ class FakeBase:
         while (left := end - time.monotonic()) > 0 or self.held:
             given_up = run != self._cancelled or rospy.is_shutdown()
             if given_up or self._server.is_preempt_requested():
+                self.cancelled += 1
                 self._server.set_preempted()
                 return
             threading.Event().wait(min(left, _LOOK_EVERY) if left > 0 else _LOOK_EVERY)

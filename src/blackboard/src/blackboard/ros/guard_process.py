@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The process beside a robot's process that ends its drives when that hangs or has ended.
+
+Run as a program, this module is that process. It reads what the robot's process tells of its
+drives from its standard input, which ends when that process does, however it ends. It becomes a
+node only when it has to cancel a goal.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from blackboard.robot.drive_guard import Drive, DriveGuard
+from hive_common.machine_clock import machine_time
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+_MOST_READ = 65536
+_LONGEST_SLEEP = 3600.0
+_CONNECTED_WITHIN = 2.0
+"""Time in which a navigation that is there hears the guard [s]; else it is gone as well."""
+
+_SAID = 0.3
+"""Time that a message has to leave this process before it ends [s]."""
+
+_LAST = 10
+"""After this time the guard of a process that has ended gives up [s]: there is no master."""
+
+
+class GuardProcess:
+    """A `Guard` in a process of its own, which is started with the first drive."""
+
+    def __init__(self) -> None:
+        self._held: dict[Drive, float] = {}
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def hold(self, drive: Drive, until: float) -> None:
+        """See `Guard.hold`."""
+        self._held[drive] = until
+        self._say((*drive, until))
+
+    def drop(self, drive: Drive) -> None:
+        """See `Guard.drop`."""
+        if self._held.pop(drive, None) is not None:
+            self._say((*drive, None))
+
+    def _say(self, line: Sequence[str | float | None]) -> None:
+        """Tell the process; one that has ended is started again and told everything."""
+        if self._process is None or self._process.poll() is not None:
+            self._process = _start()
+            lines: list[Sequence[str | float | None]] = [
+                (*drive, until) for drive, until in self._held.items()
+            ]
+        else:
+            lines = [line]
+        if self._process is None or self._process.stdin is None:
+            return
+        said = "".join(f"{json.dumps(each)}\n" for each in lines).encode()
+        with suppress(BlockingIOError, BrokenPipeError):  # the next one comes within a second
+            os.write(self._process.stdin.fileno(), said)
+
+
+def _start() -> subprocess.Popen[bytes] | None:
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "blackboard.ros.guard_process"],
+            stdin=subprocess.PIPE,
+            start_new_session=True,  # whoever kills the robot's group leaves the guard alone
+        )
+    except OSError as error:
+        rospy = _rospy()
+        rospy.logwarn(f"robots may drive on when this process ends: their guard: {error}")
+        return None
+    assert process.stdin is not None  # noqa: S101  (it is a pipe)
+    os.set_blocking(process.stdin.fileno(), False)
+    return process
+
+
+def main() -> None:
+    """Cancel each drive whose lease ends, until the robot's process ends; then what is left."""
+    guard, said = DriveGuard(), b""
+    while True:
+        wait = min(max(guard.next_due - machine_time(), 0.0), _LONGEST_SLEEP)
+        ready, _, _ = select.select([sys.stdin], [], [], wait)
+        if ready:
+            heard = os.read(sys.stdin.fileno(), _MOST_READ)
+            if not heard:
+                break
+            *lines, said = (said + heard).split(b"\n")
+            for line in lines:
+                _take(guard, line)
+        _cancel(guard.due(machine_time()), "its robot's lease has ended and was not renewed")
+    signal.alarm(_LAST)
+    _cancel(guard.left(), "its robot's process has ended")
+
+
+def _take(guard: DriveGuard, line: bytes) -> None:
+    action, goal, until = json.loads(line)
+    if until is None:
+        guard.drop(Drive(action, goal))
+    else:
+        guard.hold(Drive(action, goal), until)
+
+
+def _cancel(drives: Iterable[Drive], why: str) -> None:
+    """Cancel goals of navigations that listen."""
+    for drive in drives:
+        topic = f"{drive.action}/cancel"
+        if not _is_heard(topic):
+            continue
+        from actionlib_msgs.msg import GoalID  # noqa: PLC0415  (as in `_rospy`)
+
+        rospy = _rospy()
+        if not rospy.core.is_initialized():
+            rospy.init_node("drive_guard", anonymous=True, disable_signals=True)
+        publisher = rospy.Publisher(topic, GoalID, queue_size=1)
+        give_up = machine_time() + _CONNECTED_WITHIN
+        while not publisher.get_num_connections() and machine_time() < give_up:
+            time.sleep(0.01)
+        publisher.publish(GoalID(id=drive.goal))
+        rospy.logwarn(f"cancelled the goal of {drive.action}, because {why}")
+        time.sleep(_SAID)
+        publisher.unregister()
+
+
+def _rospy() -> Any:  # noqa: ANN401  (rospy has no types)
+    """Import rospy, without which a guard that never cancels takes a third of the memory."""
+    import rospy  # noqa: PLC0415
+
+    return rospy
+
+
+def _is_heard(topic: str) -> bool:
+    """Return whether anybody listens to a topic."""
+    import rosgraph  # noqa: PLC0415  (as in `_rospy`)
+
+    try:
+        _, subscribed, _ = rosgraph.Master("/drive_guard").getSystemState()
+    except (OSError, rosgraph.MasterException):
+        return False
+    return any(name == topic for name, _ in subscribed)
+
+
+if __name__ == "__main__":
+    main()
