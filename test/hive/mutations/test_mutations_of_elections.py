@@ -8,6 +8,7 @@ nothing.
 """
 
 from dataclasses import replace
+from types import MappingProxyType
 
 import pytest
 
@@ -15,12 +16,20 @@ from blackboard.consensus import election, leader, node, step
 from blackboard.consensus.bootstrap import Handover
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import name_of
-from blackboard.consensus.messages import BallotKind, Heartbeat
+from blackboard.consensus.messages import AppendReply, BallotKind, Heartbeat
+from blackboard.consensus.node import RaftNode
 from hive_lab.fault_schedules.simulated_member import Disk
 
 
 def vote_for_any_list(patch):
     patch.setattr(election, "is_up_to_date", lambda *_: True)
+
+
+def compare_lists_by_length_alone(patch):
+    def longer(member, position):
+        return position.version >= member.log.position.version
+
+    patch.setattr(election, "is_up_to_date", longer)
 
 
 def vote_although_the_active_one_is_heard(patch):
@@ -53,6 +62,16 @@ def forget_the_vote_over_a_restart(patch):
     patch.setattr(Disk, "load", forgetful)
 
 
+def write_the_vote_with_the_next_change(patch):
+    save = RaftNode._save  # noqa: SLF001  (the rule is in it)
+
+    def lazy(self, before, after):
+        same_log = after.log.base is before.log.base and after.log.entries is before.log.entries
+        return same_log or save(self, before, after)
+
+    patch.setattr(RaftNode, "_save", lazy)
+
+
 def vote_at_once_after_a_restart(patch):
     restore = node.restore
 
@@ -60,6 +79,41 @@ def vote_at_once_after_a_restart(patch):
         return restore(*what, **how).evolve(heard=float("-inf"), quiet_until=float("-inf"))
 
     patch.setattr(node, "restore", hasty)
+
+
+def sit_out_half_the_time_after_a_restart(patch):
+    restore = node.restore
+
+    def hasty(hard_state, settings, now, **how):
+        member = restore(hard_state, settings, now, **how)
+        half = settings.election / 2
+        return member.evolve(heard=member.heard - half, quiet_until=member.quiet_until - half)
+
+    patch.setattr(node, "restore", hasty)
+
+
+def let_one_of_two_vote_at_once_after_a_restart(patch):
+    restore = node.restore
+
+    def hasty(*what, **how):
+        member = restore(*what, **how)
+        if len(member.members) > 2:
+            return member
+        return member.evolve(heard=float("-inf"), quiet_until=float("-inf"))
+
+    patch.setattr(node, "restore", hasty)
+
+
+def grant_every_pre_vote(patch):
+    handle_vote_request = election.handle_vote_request
+
+    def generous(member, ballot, now):
+        after, messages = handle_vote_request(member, ballot, now)
+        if ballot.kind is BallotKind.PRE_VOTE:
+            messages = [replace(each, granted=True) for each in messages]
+        return after, messages
+
+    patch.setattr(election, "handle_vote_request", generous)
 
 
 def elect_with_half_of_the_members(patch):
@@ -103,6 +157,17 @@ def ignore_epochs(patch):
     patch.setattr(MemberFilter, "obeys", lambda *_: True)
 
 
+def lead_on_although_an_answer_names_a_higher_epoch(patch):
+    receive = step._receive  # noqa: SLF001  (what is broken here has no public name)
+
+    def stubborn(member, message, now):
+        if isinstance(message, AppendReply) and message.epoch > member.epoch:
+            return member, []
+        return receive(member, message, now)
+
+    patch.setattr(step, "_receive", stubborn)
+
+
 def count_when_an_answer_came(patch):
     handle_append_reply = leader.handle_append_reply
 
@@ -119,6 +184,26 @@ def go_on_without_a_majority(patch):
 
 def change_members_without_waiting(patch):
     patch.setattr(leader, "may_change_members", lambda *_: True)
+
+
+def change_members_before_an_own_change(patch):
+    may_change_members = leader.may_change_members
+
+    def early(log, _):
+        return may_change_members(log, log.at(log.committed).epoch)
+
+    patch.setattr(leader, "may_change_members", early)
+
+
+def add_members_that_lack_the_list(patch):
+    next_members = leader.next_members
+
+    def hasty(member, now):
+        holds = member.log.committed
+        peers = {each: replace(peer, version=holds) for each, peer in member.peers.items()}
+        return next_members(member.evolve(peers=MappingProxyType(peers)), now)
+
+    patch.setattr(leader, "next_members", hasty)
 
 
 def keep_the_id_when_the_disk_is_lost(patch):
@@ -154,18 +239,26 @@ CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
 CAUGHT_BY = {
     vote_for_any_list: (32, STORM),
+    compare_lists_by_length_alone: "a longer list",
     vote_although_the_active_one_is_heard: (8, STORM),
     vote_twice_in_an_epoch: "rivals",
     do_not_take_a_vote_for_a_promise: (71, STORM),
     forget_the_vote_over_a_restart: "forgetful rivals",
+    write_the_vote_with_the_next_change: "a restarted voter",
     vote_at_once_after_a_restart: (2, RESTARTS),
+    sit_out_half_the_time_after_a_restart: "a short silence",
+    let_one_of_two_vote_at_once_after_a_restart: "an old list",
+    grant_every_pre_vote: "a needless election",
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
     obey_an_active_one_of_any_epoch: (158, LATE),
     ignore_epochs: (131, LATE),
+    lead_on_although_an_answer_names_a_higher_epoch: "an epoch ahead",
     count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (39, CHURN),
+    change_members_before_an_own_change: "two new members",
+    add_members_that_lack_the_list: "gone at once",
     keep_the_id_when_the_disk_is_lost: (114, DISKS),
     listen_to_every_hive: (1, ALONE),
     join_without_handing_over: (51, DISKS),

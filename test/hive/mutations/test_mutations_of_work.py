@@ -9,11 +9,18 @@ from dataclasses import replace
 
 import pytest
 
+from blackboard.board import recovery
+from blackboard.board.blackboard import Blackboard
+from blackboard.board.orders import Orders
 from blackboard.board.watch import Watch
 from blackboard.consensus import leader, step
 from blackboard.consensus.lease import Lease, Leases
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
+from blackboard.domain.record import OrderKind, TaskRecord
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.task import TaskState
+from blackboard.robot.executor import Controller, State
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
 from blackboard.robot.reports import Reports
@@ -87,8 +94,58 @@ def forget_who_has_reported(patch):
     patch.setattr(Reports, "add", lambda self, report: self._talker.publish("task_state", report))
 
 
+def do_not_write_hand_backs_down(patch):
+    save_reports = Disk.save_reports
+
+    def forgetful(self, reports):
+        save_reports(self, [each for each in reports if each.state is not TaskState.WAITING])
+
+    patch.setattr(Disk, "save_reports", forgetful)
+
+
+def count_reports_of_any_assignment(patch):
+    hear = Blackboard._hear_update  # noqa: SLF001  (the rule is in it)
+
+    def credulous(self, update):
+        record = self._node.get(update.task_id)
+        if record is not None and record.robot == update.robot_id:
+            update = replace(update, assignment=record.assignment)
+        hear(self, update)
+
+    patch.setattr(Blackboard, "_hear_update", credulous)
+
+
+def believe_a_start_that_goes_back(patch):
+    patch.setattr(TaskRecord, "gets_on", lambda *_: True)
+
+
 def carry_out_an_order_again(patch):
     patch.setattr(Reports, "answer", lambda *_: False)
+
+
+def obey_orders_of_any_age(patch):
+    patch.setattr(Lease, "covers", lambda *_: True)
+
+
+def obey_orders_of_lower_epochs(patch):
+    allows = LeaseKeeper.allows
+
+    def meek(self, order):
+        return allows(self, replace(order, epoch=2**31))
+
+    patch.setattr(LeaseKeeper, "allows", meek)
+
+
+def send_no_order_to_drop_what_is_cancelled(patch):
+    tell = Orders._tell  # noqa: SLF001  (all orders pass through it)
+
+    def silent(self, task, robot_id, kind, *what):
+        record = self._node.get(task.id)
+        is_cancelled = record is not None and record.state is TaskState.CANCELLED
+        if kind is not OrderKind.TAKE_BACK or not is_cancelled:
+            tell(self, task, robot_id, kind, *what)
+
+    patch.setattr(Orders, "_tell", silent)
 
 
 def pick_under_another_id_after_a_restart(patch):
@@ -104,8 +161,23 @@ def do_not_learn_from_an_order_that_a_pick_had_begun(patch):
     patch.setattr(Loads, "expect", lambda *_: None)
 
 
+def ignore_the_load_of_a_lost_robot(patch):
+    patch.setattr(recovery, "may_be_on_board", lambda _: False)
+
+
 def work_on_without_a_lease(patch):
     patch.setattr(LeaseKeeper, "holds", lambda _: True)
+
+
+def drive_on_when_the_lease_ends(patch):
+    go_on = Controller.go_on
+
+    def heedless(self):
+        # It begins no other step: for that, it asks whether it may.
+        if self.state not in {State.DRIVING, State.RETURNING}:
+            go_on(self)
+
+    patch.setattr(Controller, "go_on", heedless)
 
 
 def renew_a_lease_after_its_end(patch):
@@ -121,6 +193,11 @@ def renew_a_lease_after_its_end(patch):
 
 def reassign_before_the_lease_has_ended(patch):
     patch.setattr(Leases, "is_lost", lambda self, robot, now: self.unheard_for(robot, now) > 1.5)
+
+
+def leave_no_margin_after_a_lease(patch):
+    lease = BlackboardSettings().robot_lease
+    patch.setattr(Leases, "is_lost", lambda self, robot, now: self.unheard_for(robot, now) > lease)
 
 
 def count_leases_from_before_the_takeover(patch):
@@ -144,12 +221,21 @@ CAUGHT_BY = {
     keep_what_the_new_active_one_lacks: (6, STORM),
     forget_reports_over_a_restart: (259, ANY),
     forget_who_has_reported: (1, STORM),
+    do_not_write_hand_backs_down: "a late handback",
+    count_reports_of_any_assignment: (23, "late messages"),
+    believe_a_start_that_goes_back: "a late start",
     carry_out_an_order_again: (28, ANY),
+    obey_orders_of_any_age: "a late order",
+    obey_orders_of_lower_epochs: "an earlier epoch",
+    send_no_order_to_drop_what_is_cancelled: "another hive",
     pick_under_another_id_after_a_restart: (8400404, ANY),
     do_not_learn_from_an_order_that_a_pick_had_begun: (47, "lost disks"),
+    ignore_the_load_of_a_lost_robot: "a lost load",
     work_on_without_a_lease: (456, STORM),
+    drive_on_when_the_lease_ends: (34, ANY),
     renew_a_lease_after_its_end: (187, ANY),
     reassign_before_the_lease_has_ended: (56, ANY),
+    leave_no_margin_after_a_lease: "end of a lease",
     count_leases_from_before_the_takeover: (3, STORM),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""

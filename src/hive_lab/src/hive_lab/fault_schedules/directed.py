@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -11,16 +12,21 @@ from attrs import evolve
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     BOARD_SETTINGS,
     LEADER,
     OPERATOR,
+    BadLinks,
+    Cancel,
     Crash,
     Cut,
     FaultSchedule,
     Freeze,
+    FullDisk,
     Post,
+    SetState,
     Strike,
     Trigger,
     WritePoint,
@@ -31,24 +37,41 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import Happening
 
-_SEED = 0  # of the small delays; the schedules are tuned for this seed
+_SEED = 0  # of the small delays; the schedules are tuned for their seeds
 
 _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
-_TWO_GOALS = Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(2.0, 2.0)))
-_POSTED = Post(8.0, _TASK)
+_TWO_GOALS = Task("T2", TaskType.GAB, (Pose(1.0, 2.0), Pose(2.0, 2.0)))
+_PICK = Task("T1", TaskType.GPA, (Pose(1.0, 2.0),), payload=2.0)
+
+
+def _tour(goals: int, stride: float = 1.0) -> Task:
+    """Return a task of many short drives, so that a robot is at work for a while."""
+    places = (Pose(stride * number, float(number % 2)) for number in range(goals))
+    return Task("T1", TaskType.GAB, tuple(places))
+
+
+def _another(name: str) -> Task:
+    return replace(_TASK, id=name)
 
 
 def _schedule(
     name: str,
-    *happenings: Happening,
-    robots: int = 2,
+    *faults: Happening,
+    task: Task = _TASK,
     stagger: float = 0.25,
     keep_ended: float = 3600.0,
+    robots: int = 2,
+    late: tuple[tuple[str, float], ...] = (),
+    far_clocks: bool = False,
+    seed: int = _SEED,
 ) -> FaultSchedule:
-    """Return a schedule for the blackboard node and some robots."""
+    """Return a schedule for the blackboard node and some robots, to which a task is posted."""
     settings = RaftSettings(kept_changes=4, stagger=stagger)
     board = evolve(BOARD_SETTINGS, keep_ended=keep_ended)
-    return FaultSchedule(_SEED, robots, happenings, settings, board, scenario=name)
+    happenings = (Post(8.0, task), *faults)
+    return FaultSchedule(
+        seed, robots, happenings, settings, board, late, far_clocks, scenario=name
+    )
 
 
 # The blackboard node and robot2 both ask robot1 for its vote in epoch 2. The blackboard node wins
@@ -86,9 +109,143 @@ _POSTED_ANEW = (
     Post(16.0, _TASK, anew=True),
 )
 
+# Robot1 votes for the blackboard node as in `_RIVALS`, and its process is restarted soon after.
+_RESTARTED_VOTER = (*_RIVALS, Crash(15.3, "robot1", 0.05))
+
+# The blackboard node writes down three tasks of which nobody hears. Robot2 writes one change in
+# epoch 2, and robot1 holds it too; then the blackboard node and robot1 are left.
+_LONGER_LIST: tuple[Happening, ...] = (
+    Cut(12.0, (BLACKBOARD, OPERATOR), 4.0),
+    *(Post(12.2 + 0.4 * number, _another(f"T{number + 2}")) for number in range(3)),
+    Crash(15.9, LEADER, 6.0),
+)
+
+# The blackboard node adds robot4 to the list of four, and robot1, leader in epoch 2, adds robot5.
+# Three of five are a majority of either list: the blackboard node, robot3 and robot4, or robot1,
+# robot2 and robot5. Only robot3 has heard both leaders, and it lacks the first change of robot1.
+_TWO_NEW_MEMBERS = (
+    Cut(0.0, ("robot5",), 30.0, others=(BLACKBOARD, "robot3", "robot4")),
+    Cut(0.0, ("robot4",), 30.0, others=("robot1", "robot2", "robot3")),
+    Cut(12.55, (BLACKBOARD,), 16.0, others=("robot1", "robot2")),
+    Cut(12.55, (BLACKBOARD,), 4.5, others=("robot3",)),
+    Strike(
+        13.0, Trigger.TAKES_OVER, Cut(0.0, (), 16.0, others=("robot3",)), WritePoint.BEFORE_SAYING
+    ),
+)
+
+# Robot1 is the last to answer the blackboard node, and is restarted right after. Robot2 has missed
+# the blackboard node for long enough, and asks robot1 for its vote.
+_SHORT_SILENCE = (
+    Cut(16.0, (BLACKBOARD,), 8.0, others=("robot2",)),
+    Cut(17.5, (BLACKBOARD,), 5.0, others=("robot1",)),
+    Crash(17.5, "robot1", 0.05),
+)
+
+# The same, but robot1 could not write down that robot2 has joined. By its disk, the members are
+# itself and the blackboard node.
+_OLD_LIST = (
+    FullDisk(13.5, "robot1", 5.0),
+    Cut(16.0, (BLACKBOARD,), 8.0, others=("robot2",)),
+    Cut(18.5, (BLACKBOARD,), 5.0, others=("robot1",)),
+    Crash(18.5, "robot1", 0.05),
+)
+
+# Robot1 is heard once, and is gone before it gets the list. The blackboard node is restarted.
+_GONE_AT_ONCE = (Crash(2.0, "robot1", None), Crash(2.4, BLACKBOARD, 0.3))
+
+# Robot1 misses the blackboard node for 14 s, while robot2 hears it for most of the time. Just when
+# robot3 has a vote and is gone for good, robot1 is heard again. Only a blackboard node that still
+# leads can go on without robot3.
+_NEEDLESS_ELECTION = (
+    Cut(12.0, ("robot1",), 13.65, others=(BLACKBOARD,)),
+    Cut(23.0, ("robot2",), 10.0, others=(BLACKBOARD,)),
+    Crash(25.45, "robot3", None),
+    Post(30.0, _another("T2")),
+)
+
+# Robot2 stands in epochs 2 and 3, and nobody hears it. The others elect a leader in epoch 2.
+# Robot2 repeats that T2 is done, and cannot hear from that leader that this is known.
+_AHEAD = (
+    SetState(10.0, "robot1", "defect"),
+    Post(11.5, _another("T2")),
+    Cut(12.0, (BLACKBOARD,), 3.5),
+    Strike(13.0, Trigger.STANDS, Cut(0.0, (), 0.37, one_way=True), WritePoint.BEFORE_SAYING),
+    Cut(14.427, ("robot2",), 4.0, one_way=True),
+)
+
+# Robot1 is picking when it is cut off, until it is lost.
+_LOST_LOAD = (Cut(11.0, ("robot1",), 12.0),)
+
+# The first STARTED of robot1 comes late, when its arm picks; then robot1 is lost.
+_LATE_START = (
+    BadLinks(8.017, 0.004, Quality(late=1.0, latest=9.0)),
+    Cut(11.3, ("robot1",), 12.0),
+)
+
+# The clock of robot1 is slow and that of the blackboard node fast, and the blackboard node looks
+# just when the lease of robot1 would be over by its own clock.
+_END_OF_LEASE = (Cut(11.6, ("robot1",), 12.0),)
+
+# The order for robot1 is on its way until robot1 is lost, its task is given to robot2, and robot1
+# is heard again.
+_LATE_ORDER = (
+    Cut(8.012, (BLACKBOARD,), 7.0, one_way=True, others=("robot1",), holds=True),
+    Cut(8.012, ("robot1",), 6.0, one_way=True, others=(BLACKBOARD,)),
+)
+
+# Robot1 cannot hear the blackboard node, which tells it that the hive has forgotten T1. Robot2
+# leads when another T1 is posted and robot1 does it. Its report is lost, and then the old order
+# comes.
+_EARLIER_EPOCH = (
+    SetState(7.0, "robot2", "defect"),
+    Cut(10.0, (BLACKBOARD,), 8.1, one_way=True, others=("robot1",), holds=True),
+    Cancel(11.0, "T1"),
+    Crash(14.8, BLACKBOARD, 12.0),
+    Post(15.4, replace(_TASK, goals=_tour(9).goals[-1:]), anew=True),
+    Cut(16.3, ("robot1",), 1.9, one_way=True, others=("robot2",)),
+)
+
+# Robot1 hands T1 back, the report comes 7 s later, and robot1 is restarted in the meantime.
+_LATE_HANDBACK = (
+    SetState(12.0, "robot1", "defect"),
+    BadLinks(12.0005, 0.05, Quality(late=1.0, latest=8.0)),
+    Crash(12.05, "robot1", 0.3),
+)
+
+# The blackboard node loses its disk and bootstraps another hive, and robot1 is left alone in the
+# first one. It hands T1 over and joins the other hive, in which T1 has a lower number and is
+# cancelled. Then only robot1 can do T2.
+_OTHER_HIVE = (
+    Cut(12.7, (BLACKBOARD,), 14.7),
+    Crash(13.6, BLACKBOARD, 0.5, disk_lost=True),
+    Freeze(25.8, "robot1", 4.0),
+    Cancel(30.2, "T1"),
+    Post(33.0, _another("T2")),
+)
+
+_ELECTIONS = (
+    _schedule("rivals", *_RIVALS),
+    _schedule("forgetful rivals", *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))),
+    _schedule("a restarted voter", *_RESTARTED_VOTER),
+    _schedule("late vote", *_LATE_VOTE, stagger=3.5),
+    _schedule("a longer list", *_LONGER_LIST),
+    _schedule("a short silence", *_SHORT_SILENCE),
+    _schedule("an old list", *_OLD_LIST, late=(("robot2", 14.0),)),
+    _schedule("gone at once", *_GONE_AT_ONCE, late=(("robot2", 6.0),)),
+    _schedule("a needless election", *_NEEDLESS_ELECTION, robots=3, late=(("robot3", 25.0),)),
+    _schedule("an epoch ahead", *_AHEAD),
+    _schedule(
+        "two new members",
+        *_TWO_NEW_MEMBERS,
+        robots=5,
+        late=(("robot4", 12.0), ("robot5", 12.5)),
+    ),
+    _schedule("figure 8", *_FIGURE_8),
+)
+
 # The blackboard node loses its disk while it is cut off, and bootstraps a second hive. When the
 # cut ends, the first hive has no leader, and robot2 loses its disk and joins the second, in which
-# an operator posts T1 anew.
+# an operator posts T2 anew.
 _SECOND_HIVE = (
     Cut(12.0, (BLACKBOARD,), 7.0),
     Crash(12.5, BLACKBOARD, 0.2, disk_lost=True),
@@ -98,20 +255,19 @@ _SECOND_HIVE = (
     Post(19.3, _TWO_GOALS, anew=True),
 )
 
-DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
-    {
-        each.scenario: each
-        for each in (
-            _schedule("rivals", _POSTED, *_RIVALS),
-            _schedule(
-                "forgetful rivals",
-                *(_POSTED, *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))),
-            ),
-            _schedule("late vote", _POSTED, *_LATE_VOTE, stagger=3.5),
-            _schedule("posted anew", _POSTED, *_POSTED_ANEW, keep_ended=1.0),
-            _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0),
-            _schedule("figure 8", _POSTED, *_FIGURE_8),
-        )
-    }
+_WORK = (
+    _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),
+    _schedule("a lost load", *_LOST_LOAD, task=_PICK),
+    _schedule("a late start", *_LATE_START, task=_PICK),
+    _schedule("end of a lease", *_END_OF_LEASE, task=_tour(9), far_clocks=True, seed=27),
+    _schedule("a late order", *_LATE_ORDER, task=_tour(9)),
+    _schedule("an earlier epoch", *_EARLIER_EPOCH, task=_tour(9), keep_ended=1.0),
+    _schedule("a late handback", *_LATE_HANDBACK, task=_tour(9)),
+    _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0, seed=0),
+    _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
 )
-"""By name; the last is figure 8 of the Raft paper, with one change a message."""
+
+DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
+    {each.scenario: each for each in (*_ELECTIONS, *_WORK)}
+)
+"""By name; "figure 8" is figure 8 of the Raft paper, with one change a message."""
