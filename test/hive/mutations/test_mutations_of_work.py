@@ -5,6 +5,7 @@
 As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 """
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -20,6 +21,7 @@ from blackboard.consensus.step import Propose
 from blackboard.domain.record import OrderKind, TaskRecord
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.task import TaskState
+from blackboard.robot import drive_guard
 from blackboard.robot.executor import Controller, State
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
@@ -166,10 +168,16 @@ def ignore_the_load_of_a_lost_robot(patch):
 
 
 def work_on_without_a_lease(patch):
+    let_a_robot_that_hangs_drive_on(patch)
     patch.setattr(LeaseKeeper, "holds", lambda _: True)
 
 
+def let_a_robot_that_hangs_drive_on(patch):
+    patch.setattr(drive_guard, "GRACE", math.inf)
+
+
 def drive_on_when_the_lease_ends(patch):
+    let_a_robot_that_hangs_drive_on(patch)
     go_on = Controller.go_on
 
     def heedless(self):
@@ -231,7 +239,8 @@ CAUGHT_BY = {
     pick_under_another_id_after_a_restart: (8400404, ANY),
     do_not_learn_from_an_order_that_a_pick_had_begun: (47, "lost disks"),
     ignore_the_load_of_a_lost_robot: "a lost load",
-    work_on_without_a_lease: (456, STORM),
+    work_on_without_a_lease: (352, STORM),
+    let_a_robot_that_hangs_drive_on: (34, ANY),
     drive_on_when_the_lease_ends: (34, ANY),
     renew_a_lease_after_its_end: (187, ANY),
     reassign_before_the_lease_has_ended: (56, ANY),

@@ -263,7 +263,7 @@ _WORK = (
     _schedule("a late order", *_LATE_ORDER, task=_tour(9)),
     _schedule("an earlier epoch", *_EARLIER_EPOCH, task=_tour(9), keep_ended=1.0),
     _schedule("a late handback", *_LATE_HANDBACK, task=_tour(9)),
-    _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0, seed=0),
+    _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0),
     _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
 )
 
