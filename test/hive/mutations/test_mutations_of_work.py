@@ -18,7 +18,7 @@ from blackboard.consensus import leader, step
 from blackboard.consensus.lease import Lease, Leases
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
-from blackboard.domain.record import OrderKind, TaskRecord
+from blackboard.domain.record import ANY_ASSIGNMENT, OrderKind, TaskRecord
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.task import TaskState
 from blackboard.robot import drive_guard
@@ -129,13 +129,13 @@ def obey_orders_of_any_age(patch):
     patch.setattr(Lease, "covers", lambda *_: True)
 
 
-def obey_orders_of_lower_epochs(patch):
-    allows = LeaseKeeper.allows
+def forget_reports_of_any_assignment(patch):
+    disown = Orders.disown
 
-    def meek(self, order):
-        return allows(self, replace(order, epoch=2**31))
+    def sweeping(self, task_id, robot_id, _):
+        disown(self, task_id, robot_id, ANY_ASSIGNMENT)
 
-    patch.setattr(LeaseKeeper, "allows", meek)
+    patch.setattr(Orders, "disown", sweeping)
 
 
 def send_no_order_to_drop_what_is_cancelled(patch):
@@ -234,7 +234,7 @@ CAUGHT_BY = {
     believe_a_start_that_goes_back: "a late start",
     carry_out_an_order_again: (28, ANY),
     obey_orders_of_any_age: "a late order",
-    obey_orders_of_lower_epochs: "an earlier epoch",
+    forget_reports_of_any_assignment: "a late word",
     send_no_order_to_drop_what_is_cancelled: "another hive",
     pick_under_another_id_after_a_restart: (8400404, ANY),
     do_not_learn_from_an_order_that_a_pick_had_begun: (47, "lost disks"),

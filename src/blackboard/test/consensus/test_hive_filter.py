@@ -198,6 +198,18 @@ def test_a_smaller_hive_decides_nothing_while_members_of_a_larger_one_answer_wit
     assert "hears hive hive2 (3 members, according to robot1)" in member.talker.warnings[0]
 
 
+def test_a_smaller_hive_goes_on_when_the_larger_one_has_had_no_leader_for_long():
+    member = only_member()
+    acted = []
+    for _ in range(60):
+        member.network.send(BB_ACK, AppendReply("robot1#1", 3, 0, 0.0, "hive2", members=3))
+        member.network.run(0.5)
+        acted.append(member.node.may_act())
+
+    assert not any(acted[:20])
+    assert all(acted[30:])
+
+
 @pytest.mark.parametrize(("members", "answers"), [(("robot4",), True), (OTHERS, False)])
 def test_a_member_answers_the_leader_of_a_smaller_hive(members, answers):
     member = Member()

@@ -56,7 +56,7 @@ class Orders:
         if record.robot:
             self._tell(record.task, record.robot, kind, record.assignment, record.step, place)
 
-    def disown(self, task_id: str, robot_id: str, assignment: int = ANY_ASSIGNMENT) -> None:
+    def disown(self, task_id: str, robot_id: str, assignment: int) -> None:
         """Have a robot drop a task that the hive has forgotten, and stop reporting on it.
 
         Only assignments up to a number are meant: another task of that id may be on the list.
@@ -102,7 +102,8 @@ class Orders:
         for task_id in strays:
             stray = self._node.get(task_id)
             if stray is None:
-                self.disown(task_id, robot_id)
+                # Not any number: another task may get the id before a late order comes.
+                self.disown(task_id, robot_id, ANY_ASSIGNMENT if is_lost else self._node.earlier)
             else:
                 number = ANY_ASSIGNMENT if is_lost else stray.assignment
                 self._tell(stray.task, robot_id, OrderKind.TAKE_BACK, number)

@@ -84,17 +84,22 @@ class MemberFilter:
     Args:
         name: Of the member.
         timeout: A larger hive that was not heard for so long is gone [s].
+        patience: This hive pauses for so long at most for a larger one that has no leader [s].
         bootstraps: Whether this member bootstraps a hive if it hears none.
 
     Attributes:
         known_hive: Id of a hive heard while this member belonged to none and was to bootstrap one.
     """
 
-    def __init__(self, talker: Talker, name: str, timeout: float, *, bootstraps: bool) -> None:
+    def __init__(
+        self, talker: Talker, name: str, timeout: float, patience: float, *, bootstraps: bool
+    ) -> None:
         self.known_hive = ""
         self._talker = talker
         self._name = name
         self._timeout = timeout
+        self._patience = patience
+        self._told_of: dict[str, float] = {}
         self._larger: tuple[str, float] | None = None
         self._own_size = 0
         self._handover: Handover | None = None
@@ -187,13 +192,17 @@ class MemberFilter:
     def _compare(self, message: Heartbeat | AppendReply, own: Member) -> None:
         """Find out which of two hives pauses, tell the other if it does, and say so once.
 
-        A hive without a leader pauses the smaller one too: each of its members answers the
-        heartbeats that it hears from there.
+        A hive without a leader pauses the smaller one too, for a while: each of its members
+        answers the heartbeats that it hears from there.
         """
-        other = message.hive
+        other, now = message.hive, self._talker.now()
         pauses = (_size(message), other) > (self._size_of(own), own.hive)
+        if isinstance(message, Heartbeat):
+            self._told_of.pop(other, None)
+        elif now - self._told_of.setdefault(other, now) > self._patience:
+            return  # it may never have a leader again
         if pauses:
-            self._larger = other, self._talker.now()
+            self._larger = other, now
         elif isinstance(message, Heartbeat):
             self._tell_of(own, message.leader)
         if other in self._warned:

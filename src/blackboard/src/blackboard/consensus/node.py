@@ -102,7 +102,9 @@ class RaftNode:
         self._offline: tuple[str, ...] = ()
         self._map = self._leaders_map = NO_MAP
         self._robot_lease = 0.0
-        self._filter = MemberFilter(talker, member, settings.election, bootstraps=bootstrap)
+        self._filter = MemberFilter(
+            talker, member, settings.election, settings.member_timeout, bootstraps=bootstrap
+        )
         known = journal.load() or new_member(member, random)
         self._member = restore(known, settings, talker.now(), voter=voter)
 

@@ -73,7 +73,7 @@ class Command(Protocol):
         """Begin a step; `done` is called once, from the talker's thread, unless cancelled."""
 
     def cancel(self) -> None:
-        """Stop; harmless when nothing runs. `done` is not called any more."""
+        """Stop, also what an earlier process has begun. `done` is not called any more."""
 
 
 class State(Enum):
@@ -248,6 +248,12 @@ class Controller:
     def stop(self) -> None:
         """Drop the task; nothing more is reported of it."""
         self._handle(Event.STOP)
+
+    def stop_arm(self) -> None:
+        """Have the arm stop what an earlier process of this robot may have begun."""
+        command = self._commands.get(StepKind.PICK)
+        if command is not None and self.state is not State.ACTING:
+            command.cancel()
 
     def _handle(self, event: Event, result: CommandResult = _SUCCESS) -> None:
         run, before, after = self._run, self.state, TRANSITIONS[self.state][event]

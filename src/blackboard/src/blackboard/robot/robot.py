@@ -377,7 +377,8 @@ class Robot:
     def _leave_unwanted(self) -> None:
         """Leave service with a load on board of a task that is not this robot's any more.
 
-        The robot has known of it since before its process restarted.
+        The robot has known of it since before its process restarted, when its arm may have been
+        about to take it.
         """
         for load in self._loads.others(entry.task.id for entry in self._schedule):
             known = self._reports.known_of([load.task_id])
@@ -387,6 +388,7 @@ class Robot:
                 for each in known
             )
             if not wanted and self._service.left_on_board is None:
+                self._controller.stop_arm()
                 self._service.leave_on_board(load.task_id, load.payload)
 
     def _pass_time(self, period: float) -> None:

@@ -143,9 +143,11 @@ class ActionCommand:
         self._wait_for_server(self._run, step, done, self._now())
 
     def cancel(self) -> None:
-        """Cancel the goal if there is one; see `Command.cancel`."""
+        """Cancel the goal, or those of an earlier process; see `Command.cancel`."""
         self._run += 1
-        if self._goal is not None:
+        if self._goal is None:
+            self._client.cancel_all_goals()
+        else:
             self._goal.cancel()
             self._over()
 

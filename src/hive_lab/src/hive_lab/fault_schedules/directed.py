@@ -193,16 +193,15 @@ _LATE_ORDER = (
     Cut(8.012, ("robot1",), 6.0, one_way=True, others=(BLACKBOARD,)),
 )
 
-# Robot1 cannot hear the blackboard node, which tells it that the hive has forgotten T1. Robot2
-# leads when another T1 is posted and robot1 does it. Its report is lost, and then the old order
-# comes.
-_EARLIER_EPOCH = (
+# Robot1 hears late that the hive has forgotten T1. Meanwhile another T1 is posted and robot1 does
+# it, and its report is lost.
+_LATE_WORD = (
     SetState(7.0, "robot2", "defect"),
-    Cut(10.0, (BLACKBOARD,), 8.1, one_way=True, others=("robot1",), holds=True),
-    Cancel(11.0, "T1"),
-    Crash(14.8, BLACKBOARD, 12.0),
-    Post(15.4, replace(_TASK, goals=_tour(9).goals[-1:]), anew=True),
-    Cut(16.3, ("robot1",), 1.9, one_way=True, others=("robot2",)),
+    Cut(11.0, (BLACKBOARD,), 3.7, one_way=True, others=("robot1",)),
+    Cancel(12.0, "T1"),
+    BadLinks(14.0, 1.0, Quality(late=1.0, latest=5.5)),
+    Post(15.2, replace(_TASK, goals=_tour(9).goals[-1:]), anew=True),
+    Cut(16.3, ("robot1",), 2.0, one_way=True, others=(BLACKBOARD,)),
 )
 
 # Robot1 hands T1 back, the report comes 7 s later, and robot1 is restarted in the meantime.
@@ -217,6 +216,7 @@ _LATE_HANDBACK = (
 # cancelled. Then only robot1 can do T2.
 _OTHER_HIVE = (
     Cut(12.7, (BLACKBOARD,), 14.7),
+    Cut(12.7, (BLACKBOARD,), 24.0, others=("robot2",)),
     Crash(13.6, BLACKBOARD, 0.5, disk_lost=True),
     Freeze(25.8, "robot1", 4.0),
     Cancel(30.2, "T1"),
@@ -261,7 +261,7 @@ _WORK = (
     _schedule("a late start", *_LATE_START, task=_PICK),
     _schedule("end of a lease", *_END_OF_LEASE, task=_tour(9), far_clocks=True, seed=27),
     _schedule("a late order", *_LATE_ORDER, task=_tour(9)),
-    _schedule("an earlier epoch", *_EARLIER_EPOCH, task=_tour(9), keep_ended=1.0),
+    _schedule("a late word", *_LATE_WORD, task=_tour(9), keep_ended=1.0, seed=2),
     _schedule("a late handback", *_LATE_HANDBACK, task=_tour(9)),
     _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0),
     _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),

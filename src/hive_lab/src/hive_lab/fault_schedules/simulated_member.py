@@ -159,9 +159,13 @@ class Drive:
             self._arm.start(step, duration, end, works=works)
 
     def cancel(self) -> None:
-        """Stop."""
+        """Stop driving."""
         self._run += 1
         self._base.cancel()
+
+    def cancel_arm(self) -> None:
+        """Stop the arm, whoever has started it."""
+        self._run += self._runs
         self._arm.cancel()
         self._rest()
 
@@ -187,6 +191,14 @@ class Drive:
         if self._runs:
             self._runs = False
             self.at_work(self._task, False)
+
+
+class ArmSteps:
+    """The arm's part of a robot's steps."""
+
+    def __init__(self, drive: Drive) -> None:
+        self.start = drive.start
+        self.cancel = drive.cancel_arm
 
 
 @dataclass
@@ -290,7 +302,7 @@ class SimulatedMember:
             talker,
             self.name,
             self.pose,
-            dict.fromkeys(StepKind, drive),
+            dict.fromkeys(StepKind, ArmSteps(drive)) | {StepKind.MOVE: drive},
             kit.characteristics,
             battery=self.battery,
             controller=CONTROLLER_SETTINGS,
