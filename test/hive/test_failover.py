@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
+from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.features.exercised import FEATURES, UNDONE
@@ -88,12 +89,19 @@ def test_defects_that_schedules_have_found_stay_fixed(seed):
 
 @pytest.mark.parametrize(
     ("seed", "scenario"),
-    [(8400027, ""), (8400404, ""), (25, "lost disks"), (47, "lost disks")],
+    [(8400027, ""), (8400404, ""), *((seed, "lost disks") for seed in (25, 47, 479))],
 )
 def test_robots_that_come_back_pick_no_load_again(seed, scenario):
     outcome = run(draw(seed, scenario))
 
     assert not outcome.violation, outcome.in_full()
+
+
+def test_a_hive_without_a_leader_makes_a_smaller_one_give_way():
+    drawn = (replace(DIRECTED["second hive"], seed=seed) for seed in range(12))
+    broken = [outcome for outcome in map(run, drawn) if outcome.violation]
+
+    assert not broken, broken[0].in_full()
 
 
 def test_full_and_slow_disks_break_no_property():

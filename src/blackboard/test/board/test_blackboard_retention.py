@@ -53,7 +53,8 @@ def test_a_robot_that_has_a_forgotten_task_on_its_list_is_told_to_drop_it():
     harness = forgotten()
     harness.status("robot1", tasks=["T1"])
 
-    assert harness.said(TASK_ASSIGN)[-1].kind is OrderKind.FORGOTTEN
+    order = harness.said(TASK_ASSIGN)[-1]
+    assert (order.kind, order.assignment) == (OrderKind.FORGOTTEN, 1)
 
 
 def test_the_id_of_a_forgotten_task_may_be_used_for_another():

@@ -301,6 +301,19 @@ def test_a_robot_without_a_command_for_a_step_says_so():
     ]
 
 
+@pytest.mark.parametrize(
+    ("state", "times"), [(State.IDLE, 1), (State.DRIVING, 1), (State.ACTING, 0)]
+)
+def test_an_arm_is_stopped_that_an_earlier_process_may_have_started(state, times):
+    bench = Bench()
+    if state is not State.IDLE:
+        bench.bring_to(state)
+
+    bench.controller.stop_arm()
+
+    assert (bench.drive.cancelled, bench.arm.cancelled) == (0, times)
+
+
 def test_stopping_cancels_the_command_under_way_and_reports_nothing():
     bench = Bench()
     bench.run()

@@ -27,6 +27,7 @@ class Server:
     def __init__(self, monkeypatch):
         self.manager = SimpleNamespace(_generate_id=lambda: None)
         self.sent = []
+        self.cancelled_all = False
         monkeypatch.setattr(commands.actionlib, "ActionClient", lambda *_: self)
         monkeypatch.setattr(rospy, "Subscriber", self._subscribe)
 
@@ -38,6 +39,9 @@ class Server:
         self.sent.append(goal)
         self._changed = changed
         return SimpleNamespace(get_comm_state=lambda: actionlib.CommState.ACTIVE)
+
+    def cancel_all_goals(self):
+        self.cancelled_all = True
 
     def end(self, state, text="", result=None):
         """End the goal."""
@@ -71,6 +75,14 @@ def ends(server):
     server.hear(GoalStatusArray())
     command.start(STEP, found.append)
     return found
+
+
+def test_what_an_earlier_process_has_begun_is_cancelled(server):
+    talker = SimpleNamespace(own="/robot1/", now=lambda: 5.0)
+
+    PickCommand(talker, 2.0).cancel()
+
+    assert server.cancelled_all
 
 
 def test_a_reason_of_any_length_is_cut_to_what_a_report_may_hold(server, ends):

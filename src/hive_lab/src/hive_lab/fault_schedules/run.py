@@ -138,9 +138,8 @@ class Run(Harness):
 
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):
-            if happening.anew:
-                self.answered.discard(happening.task.id)
-            self.post(happening.task)
+            post = self.post_anew if happening.anew else self.post
+            post(happening.task)
         elif isinstance(happening, Cancel):
             self.network.send(self.operator, TASK_CANCEL, happening.task)
         elif isinstance(happening, SetState):
