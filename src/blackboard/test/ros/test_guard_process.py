@@ -88,6 +88,7 @@ class Guarding:
     def __init__(self, monkeypatch):
         self.now = 0.0
         self.cancelled = []
+        self.readied = []
         self.steps = []
         reads, self._writes = os.pipe()
         self.stdin = os.fdopen(reads, "rb", 0)
@@ -96,6 +97,7 @@ class Guarding:
         monkeypatch.setattr(guard_process.sys, "stdin", self.stdin)
         monkeypatch.setattr(guard_process.signal, "alarm", lambda _: None)
         monkeypatch.setattr(guard_process, "_cancel", self._cancel)
+        monkeypatch.setattr(guard_process, "_become_node", lambda: self.readied.append(self.now))
 
     def _wait(self, *_files_and_time):
         """Take the next step of the test: a time that passes, or what comes in."""
@@ -134,6 +136,12 @@ def test_a_drive_whose_lease_was_not_renewed_is_cancelled(guarding):
 
 def test_a_drive_is_cancelled_when_the_process_of_its_robot_ends(guarding):
     assert guarding.run(HELD, 5.0) == [(ONE, 5.0, "ended")]
+
+
+def test_it_gets_ready_before_it_has_to_cancel_a_drive(guarding):
+    guarding.run(HELD, 8.5, 9.0, 11.0)
+
+    assert guarding.readied == [9.0]
 
 
 def test_a_line_may_come_in_pieces(guarding):

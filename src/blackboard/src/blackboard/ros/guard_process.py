@@ -3,7 +3,7 @@
 
 Run as a program, this module is that process. It reads what the robot's process tells of its
 drives from its standard input, which ends when that process does, however it ends. It becomes a
-node only when it has to cancel a goal.
+node only when it may soon have to cancel a goal.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ from blackboard.robot.drive_guard import Drive, DriveGuard
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
 _MOST_READ = 65536
 _LONGEST_SLEEP = 3600.0
+_READY = 1.5
+"""So long before it has to cancel a goal it becomes a node [s], which takes a while. Leases are
+renewed earlier than that, unless something is wrong."""
+
 _CONNECTED_WITHIN = 2.0
 """Time in which a navigation that is there hears the guard [s]; else it is gone as well."""
 
@@ -89,7 +93,12 @@ def main() -> None:
     """Cancel each drive whose lease ends, until the robot's process ends; then what is left."""
     guard, said = DriveGuard(), b""
     while True:
-        wait = min(max(guard.next_due - machine_time(), 0.0), _LONGEST_SLEEP)
+        left = guard.next_due - machine_time()
+        if left < _READY:
+            _become_node()
+        else:
+            left -= _READY
+        wait = min(max(left, 0.0), _LONGEST_SLEEP)
         ready, _, _ = select.select([sys.stdin], [], [], wait)
         if ready:
             heard = os.read(sys.stdin.fileno(), _MOST_READ)
@@ -115,13 +124,12 @@ def _cancel(drives: Iterable[Drive], why: str) -> None:
     """Cancel goals of navigations that listen."""
     for drive in drives:
         topic = f"{drive.action}/cancel"
-        if not _is_heard(topic):
+        if topic not in _heard():
             continue
         from actionlib_msgs.msg import GoalID  # noqa: PLC0415  (as in `_rospy`)
 
+        _become_node()
         rospy = _rospy()
-        if not rospy.core.is_initialized():
-            rospy.init_node("drive_guard", anonymous=True, disable_signals=True)
         publisher = rospy.Publisher(topic, GoalID, queue_size=1)
         give_up = machine_time() + _CONNECTED_WITHIN
         while not publisher.get_num_connections() and machine_time() < give_up:
@@ -139,15 +147,22 @@ def _rospy() -> Any:  # noqa: ANN401  (rospy has no types)
     return rospy
 
 
-def _is_heard(topic: str) -> bool:
-    """Return whether anybody listens to a topic."""
+def _become_node() -> None:
+    """Make this process a node, unless it is one or there is no master."""
+    rospy = _rospy()
+    if not rospy.core.is_initialized() and _heard():
+        rospy.init_node("drive_guard", anonymous=True, disable_signals=True)
+
+
+def _heard() -> Collection[str]:
+    """Return the topics to which somebody listens; none if there is no master."""
     import rosgraph  # noqa: PLC0415  (as in `_rospy`)
 
     try:
         _, subscribed, _ = rosgraph.Master("/drive_guard").getSystemState()
     except (OSError, rosgraph.MasterException):
-        return False
-    return any(name == topic for name, _ in subscribed)
+        return ()
+    return {name for name, _ in subscribed}
 
 
 if __name__ == "__main__":
