@@ -22,7 +22,7 @@ from blackboard.robot.drive_guard import Drive, DriveGuard
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
+    from collections.abc import Collection, Sequence
 
 _MOST_READ = 65536
 _LONGEST_SLEEP = 3600.0
@@ -33,9 +33,11 @@ renewed earlier than that, unless something is wrong."""
 _CONNECTED_WITHIN = 2.0
 """Time in which a navigation that is there hears the guard [s]; else it is gone as well."""
 
+_LOOK_EVERY = 0.01
 _SAID = 0.3
 """Time that a message has to leave this process before it ends [s]."""
 
+_WARN_EVERY = 30.0
 _LAST = 10
 """After this time the guard of a process that has ended gives up [s]: there is no master."""
 
@@ -81,8 +83,11 @@ def _start() -> subprocess.Popen[bytes] | None:
             start_new_session=True,  # whoever kills the robot's group leaves the guard alone
         )
     except OSError as error:
-        rospy = _rospy()
-        rospy.logwarn(f"robots may drive on when this process ends: their guard: {error}")
+        _rospy().logwarn_throttle(
+            _WARN_EVERY,
+            f"the guard that stops robots when this process ends cannot start: {error}; until it "
+            "can, they would drive on to their goals",
+        )
         return None
     assert process.stdin is not None  # noqa: S101  (it is a pipe)
     os.set_blocking(process.stdin.fileno(), False)
@@ -120,23 +125,28 @@ def _take(guard: DriveGuard, line: bytes) -> None:
         guard.hold(Drive(action, goal), until)
 
 
-def _cancel(drives: Iterable[Drive], why: str) -> None:
+def _cancel(drives: Collection[Drive], why: str) -> None:
     """Cancel goals of navigations that listen."""
-    for drive in drives:
-        topic = f"{drive.action}/cancel"
-        if topic not in _heard():
-            continue
-        from actionlib_msgs.msg import GoalID  # noqa: PLC0415  (as in `_rospy`)
+    heard = _heard() if drives else ()
+    wanted = [drive for drive in drives if f"{drive.action}/cancel" in heard]
+    if not wanted:
+        return
+    from actionlib_msgs.msg import GoalID  # noqa: PLC0415  (as in `_rospy`)
 
-        _become_node()
-        rospy = _rospy()
-        publisher = rospy.Publisher(topic, GoalID, queue_size=1)
-        give_up = machine_time() + _CONNECTED_WITHIN
-        while not publisher.get_num_connections() and machine_time() < give_up:
-            time.sleep(0.01)
-        publisher.publish(GoalID(id=drive.goal))
-        rospy.logwarn(f"cancelled the goal of {drive.action}, because {why}")
-        time.sleep(_SAID)
+    _become_node()
+    rospy = _rospy()
+    publishers = {
+        drive: rospy.Publisher(f"{drive.action}/cancel", GoalID, queue_size=1) for drive in wanted
+    }
+    waiting = dict(publishers)
+    give_up = machine_time() + _CONNECTED_WITHIN
+    while waiting and machine_time() < give_up:
+        for drive in [each for each in waiting if waiting[each].get_num_connections()]:
+            waiting.pop(drive).publish(GoalID(id=drive.goal))
+            rospy.logwarn(f"cancelled the goal of {drive.action}, because {why}")
+        time.sleep(_LOOK_EVERY)
+    time.sleep(_SAID)
+    for publisher in publishers.values():
         publisher.unregister()
 
 
