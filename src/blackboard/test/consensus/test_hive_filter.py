@@ -42,6 +42,12 @@ class Member:
             self.network.send(BACKUP, beat)
             self.network.run(0.2)
 
+    def tell_of(self, members, echo):
+        """Send what a member of hive2 says of it, in answer to a heartbeat of a time [s]."""
+        answer = AppendReply("robot1#1", 3, 0, echo, "hive2", members=members)
+        self.network.send(BB_ACK, answer)
+        self.network.run(0.1)
+
     def posted(self):
         """Return the tasks that the member has posted."""
         return [message for topic, message in self.network.heard if topic == NEW_TASK]
@@ -191,20 +197,28 @@ def test_a_smaller_hive_decides_nothing_while_it_hears_the_larger_one():
 def test_a_smaller_hive_decides_nothing_while_members_of_a_larger_one_answer_without_a_leader():
     member = only_member()
 
-    member.network.send(BB_ACK, AppendReply("robot1#1", 3, 0, 0.0, "hive2", members=3))
-    member.network.run(0.1)
+    member.tell_of(3, echo=member.network.now)
 
     assert not member.node.may_act()
     assert "hears hive hive2 (3 members, according to robot1)" in member.talker.warnings[0]
+
+
+@pytest.mark.parametrize("late", [-60.0, 1.0])
+def test_what_answers_no_heartbeat_of_this_leader_stops_no_hive(late):
+    member = only_member()
+
+    member.tell_of(65_535, echo=member.network.now + late)
+
+    assert member.node.may_act()
 
 
 def test_a_smaller_hive_goes_on_when_the_larger_one_has_had_no_leader_for_long():
     member = only_member()
     acted = []
     for _ in range(60):
-        member.network.send(BB_ACK, AppendReply("robot1#1", 3, 0, 0.0, "hive2", members=3))
-        member.network.run(0.5)
+        member.tell_of(3, echo=member.network.now)
         acted.append(member.node.may_act())
+        member.network.run(0.4)
 
     assert not any(acted[:20])
     assert all(acted[30:])

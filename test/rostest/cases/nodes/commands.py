@@ -12,6 +12,7 @@ from actionlib_msgs.msg import GoalStatusArray
 from move_base_msgs.msg import MoveBaseAction
 
 from blackboard.domain.task import StepKind, TaskStep
+from blackboard.robot.drive_guard import DriveGuard
 from blackboard.robot.executor import CommandState
 from blackboard.ros.commands import MoveBaseCommand
 from hive_common.pose import Pose
@@ -45,7 +46,7 @@ def server():
 
 @pytest.mark.usefixtures("server")
 def test_a_goal_that_is_reached_while_it_is_being_sent_ends():
-    command = MoveBaseCommand(Talker(), 5.0)
+    command = MoveBaseCommand(Talker(), 5.0, DriveGuard())
     reached, ended, results = threading.Event(), threading.Event(), []
     client = command._client  # noqa: SLF001  (where a busy machine stops for a while)
     send, hear = client.manager.send_goal_fn, client.manager.update_results
@@ -99,7 +100,7 @@ class Paused:
 
 def begin(talker, timeout, *, answers):
     """Give a goal to a base that is heard, and deaf from then on; return the results to come."""
-    command, results = MoveBaseCommand(talker, timeout), []
+    command, results = MoveBaseCommand(talker, timeout, DriveGuard()), []
     manager = command._client.manager  # noqa: SLF001  (what does not arrive)
     manager.register_send_goal_fn(lambda _: None)
     assert command._client.wait_for_server(rospy.Duration(PATIENCE))  # noqa: SLF001

@@ -131,7 +131,7 @@ class MemberFilter:
             self._compare(message, own)
         elif isinstance(message, AppendReply):
             # Somebody is about to bootstrap a hive.
-            self._tell_of(own, name_of(message.member))
+            self._tell_of(own, name_of(message.member), message.echo)
         return False
 
     @property
@@ -199,12 +199,14 @@ class MemberFilter:
         pauses = (_size(message), other) > (self._size_of(own), own.hive)
         if isinstance(message, Heartbeat):
             self._told_of.pop(other, None)
+        elif own.role is not Role.LEADER or not now - self._timeout <= message.echo <= now:
+            return  # it answers none of this leader's heartbeats
         elif now - self._told_of.setdefault(other, now) > self._patience:
             return  # it may never have a leader again
         if pauses:
             self._larger = other, now
         elif isinstance(message, Heartbeat):
-            self._tell_of(own, message.leader)
+            self._tell_of(own, message.leader, message.sent)
         if other in self._warned:
             return
         self._warned.add(other)
@@ -227,13 +229,16 @@ class MemberFilter:
         """Return how many members this member's hive has."""
         return len(own.members) if own.id in own.members else self._own_size
 
-    def _tell_of(self, own: Member, name: str) -> None:
-        """Tell a member of a smaller hive, or of none, that there is this one."""
+    def _tell_of(self, own: Member, name: str, echo: float) -> None:
+        """Tell a member of a smaller hive, or of none, that there is this one.
+
+        `echo` is when it sent what this answers, by its own clock [s].
+        """
         answer = AppendReply(
             own.id,
             own.epoch,
             version=0,
-            echo=0.0,
+            echo=echo,
             hive=own.hive,
             voter=own.voter,
             members=self._size_of(own),
