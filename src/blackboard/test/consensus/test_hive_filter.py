@@ -224,6 +224,20 @@ def test_a_smaller_hive_goes_on_when_the_larger_one_has_had_no_leader_for_long()
     assert all(acted[30:])
 
 
+def test_a_smaller_hive_waits_again_for_a_larger_one_that_was_silent_meanwhile():
+    member = only_member()
+    for _ in range(60):
+        member.tell_of(3, echo=member.network.now)
+        member.network.run(0.4)
+    goes_on = member.node.may_act()
+    member.network.run(60.0)
+
+    member.tell_of(3, echo=member.network.now)
+
+    assert goes_on
+    assert not member.node.may_act()
+
+
 @pytest.mark.parametrize(("members", "answers"), [(("robot4",), True), (OTHERS, False)])
 def test_a_member_answers_the_leader_of_a_smaller_hive(members, answers):
     member = Member()

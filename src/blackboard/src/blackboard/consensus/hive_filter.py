@@ -99,7 +99,7 @@ class MemberFilter:
         self._name = name
         self._timeout = timeout
         self._patience = patience
-        self._told_of: dict[str, float] = {}
+        self._told_of: dict[str, tuple[float, float]] = {}
         self._larger: tuple[str, float] | None = None
         self._own_size = 0
         self._handover: Handover | None = None
@@ -201,7 +201,7 @@ class MemberFilter:
             self._told_of.pop(other, None)
         elif own.role is not Role.LEADER or not now - self._timeout <= message.echo <= now:
             return  # it answers none of this leader's heartbeats
-        elif now - self._told_of.setdefault(other, now) > self._patience:
+        elif self._told_for(other, now) > self._patience:
             return  # it may never have a leader again
         if pauses:
             self._larger = other, now
@@ -224,6 +224,14 @@ class MemberFilter:
             f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {other} "
             f"({_described(message)}); {then}"
         )
+
+    def _told_for(self, other: str, now: float) -> float:
+        """Return for how long a hive without a leader has been heard, since it was last silent."""
+        first, last = self._told_of.get(other, (now, now))
+        if now - last > self._patience:
+            first = now
+        self._told_of[other] = first, now
+        return now - first
 
     def _size_of(self, own: Member) -> int:
         """Return how many members this member's hive has."""
