@@ -6,7 +6,8 @@ from random import Random
 import pytest
 
 from blackboard.consensus.bootstrap import new_hive
-from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.journal import HardState, MemoryJournal
+from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Role
 from blackboard.consensus.messages import AppendReply, Heartbeat
 from blackboard.consensus.node import RaftNode
@@ -261,3 +262,42 @@ def test_a_larger_hive_goes_on():
 
     assert member.node.may_act()
     assert "the other hive pauses" in member.talker.warnings[0]
+
+
+def voter_of_three():
+    """The disk of one of three members of a hive, with a task on its list."""
+    members = ("robot9#1", "robot1#1", "robot2#1")
+    log = Log.of(Snapshot(Position(3, 4), {"T1": TaskRecord(TASK)}, members))
+    return MemoryJournal(HardState("robot9#1", 3, "", log, "hive1"))
+
+
+def test_a_member_joins_the_hive_as_which_its_own_was_recovered_once_it_has_no_leader():
+    member = Member(disk=voter_of_three())
+
+    member.hear_beats("hive1.1", 4, seconds=9.0, members=("robot1",))
+    stays = member.node.hive
+    member.hear_beats("hive1.1", 4, seconds=2.0, members=("robot1",))
+
+    assert (stays, member.node.hive) == ("hive1", "hive1.1")
+    assert member.node.member.log.latest.members == ()
+    assert member.posted() == []
+    assert "had the open tasks T1; post again what" in member.talker.warnings[-1]
+
+
+def test_a_member_stays_where_another_hive_was_made_of_its_own_while_that_had_a_leader():
+    member = Member(disk=voter_of_three())
+
+    for _ in range(5):
+        member.hear_beats("hive1", 3, seconds=0.2)
+        member.hear_beats("hive1.1", 4, seconds=0.2, members=("robot1",))
+    member.hear_beats("hive1.1", 4, seconds=60.0, members=("robot1",))
+
+    assert member.node.hive == "hive1"
+
+
+def test_a_member_stays_where_another_hive_is_not_its_own_recovered():
+    member = Member(disk=voter_of_three())
+
+    member.hear_beats("hive10.1", 4, seconds=60.0, members=("robot1",))
+
+    assert member.node.hive == "hive1"

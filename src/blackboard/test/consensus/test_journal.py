@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.consensus.journal import HardState, SqliteJournal, drop_task
+from blackboard.consensus.journal import HardState, SqliteJournal, drop_task, owner_of
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -265,7 +265,9 @@ def test_nothing_is_dropped_from_a_journal_that_a_member_has_open(path):
     journal = SqliteJournal(path)
     journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (ONE,)))))
 
-    with pytest.raises(JournalError, match=r"T1 cannot be removed .*: a member has it open; end"):
+    with pytest.raises(
+        JournalError, match=r"was not changed: a member has it open; end .*hive cancel T1"
+    ):
         drop_task(path, "T1")
 
     assert "T1" in again(journal, path).load().log.latest.records
@@ -275,7 +277,60 @@ def test_nothing_is_dropped_from_a_file_that_is_no_journal(path):
     path.parent.mkdir()
     path.write_bytes(b"somebody's work" * 100)
 
-    with pytest.raises(JournalError, match=r"T1 cannot be removed .*: it cannot be read"):
+    with pytest.raises(JournalError, match="was not changed: it cannot be read"):
         drop_task(path, "T1")
 
     assert path.read_bytes() == b"somebody's work" * 100
+
+
+def test_a_journal_that_a_member_has_open_is_not_opened_alone(path):
+    journal = SqliteJournal(path)
+    journal.save(EMPTY)
+
+    with pytest.raises(JournalError, match="was not changed: a member has it open; end all"):
+        SqliteJournal(path, alone=True)
+
+    assert again(journal, path).load() == EMPTY
+
+
+def test_no_member_opens_a_journal_that_is_open_alone(path):
+    SqliteJournal(path).close()
+    alone = SqliteJournal(path, alone=True)
+
+    with pytest.raises(JournalError, match="is in use by another program, such as `hive recover`"):
+        SqliteJournal(path)
+
+    alone.close()
+    journal = SqliteJournal(path)
+    assert journal.set_aside is None
+    journal.close()
+
+
+@pytest.mark.parametrize("content", [b"somebody's work" * 100, b"", None])
+def test_what_is_no_journal_is_neither_opened_alone_nor_set_aside(path, content):
+    path.parent.mkdir()
+    if content is not None:
+        path.write_bytes(content)
+
+    with pytest.raises(JournalError, match=r"was not changed|cannot be used"):
+        SqliteJournal(path, alone=True)
+
+    assert list(path.parent.iterdir()) == ([] if content is None else [path])
+
+
+def test_the_owner_of_a_journal_is_known_also_while_it_is_open(path):
+    journal = SqliteJournal(path)
+    before = owner_of(path)
+    journal.save(replace(EMPTY, hive="hive1"))
+
+    assert before is None
+    assert owner_of(path) == (EMPTY.member, "hive1")
+    journal.close()
+
+
+def test_a_file_that_is_no_journal_has_no_owner(path):
+    path.parent.mkdir()
+    path.write_bytes(b"somebody's work" * 100)
+
+    assert owner_of(path) is None
+    assert owner_of(path.with_name("none.sqlite3")) is None

@@ -34,6 +34,7 @@ def test_a_member_without_a_majority_names_the_members_and_the_remedy():
     warning = harness.talker.warnings[0]
     assert "blackboard has heard no leader for 10 s" in warning
     assert "4 members (blackboard, robot1/robot, robot2/robot, robot3/robot), and 3 of" in warning
+    assert "go on without: hive recover --force-members" in warning
     assert "journal:=FOLDER" in warning
     assert "/disk/blackboard.sqlite3" in warning
     assert harness.no_quorum.text.endswith(warning[-400:])
@@ -70,3 +71,14 @@ def test_a_robot_without_a_hive_asks_for_the_blackboard_node():
     harness.look_for(TIMEOUT + 1)
 
     assert "start the hive's blackboard node" in harness.talker.warnings[0]
+
+
+def test_a_blackboard_node_that_may_not_bootstrap_a_hive_repeats_why():
+    network = Network()
+    talker = NetworkTalker(network, "blackboard")
+    member = Member("/blackboard#9", RaftSettings(), Log.of(Snapshot()), heard=0.0)
+    no_quorum = NoQuorum(talker, lambda: member, "/disk/b.sqlite3", "robot1 belongs to hive 7")
+    network.run(TIMEOUT + 1)
+    no_quorum.look()
+
+    assert no_quorum.text.endswith("no leader for 11 s; robot1 belongs to hive 7")

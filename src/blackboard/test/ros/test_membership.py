@@ -40,3 +40,32 @@ def test_a_member_opens_its_journal_in_the_folder_that_is_named(folder):
 
     assert journal.load() is None
     assert [path.name for path in folder.glob("*.sqlite3")] == ["robot1.sqlite3"]
+
+
+def belongs_to(folder, member, hive):
+    """Write the journal of a member of a hive, and leave it open as a node does."""
+    journal = SqliteJournal(folder / f"{member.strip('/').replace('/', '-')}.sqlite3")
+    log = Log.of(Snapshot(Position(1, 1), {}, (f"{member}#1",)))
+    journal.save(HardState(f"{member}#1", 1, "", log, hive))
+    return journal
+
+
+def test_where_journals_of_robots_name_a_hive_no_other_is_bootstrapped(folder):
+    belongs_to(folder, "/robot1/robot", "7f3a")
+    belongs_to(folder, "/robot2/robot", "7f3a").close()
+
+    said = membership.hive_beside("/blackboard", "/")
+
+    assert f"journals of robots in {folder} name a hive: 7f3a (robot1, robot2). It waits" in said
+    assert "hive recover --force-members" in said
+
+
+def test_journals_of_no_hive_and_of_other_namespaces_do_not_count(folder):
+    belongs_to(folder, "/robot1/robot", "").close()
+    belongs_to(folder, "/hall/robot1/robot", "7f3a").close()
+    belongs_to(folder, "/hall/blackboard", "7f3a").close()
+    (folder / "notes.sqlite3").write_text("no journal")
+
+    assert membership.hive_beside("/blackboard", "/") == ""
+    assert membership.hive_beside("/lab/blackboard", "/lab/") == ""
+    assert "name a hive: 7f3a (robot1)." in membership.hive_beside("/hall/blackboard", "/hall/")

@@ -2,6 +2,7 @@
 """`hive recover`, on the journals of a folder."""
 
 import contextlib
+from dataclasses import replace
 
 import pytest
 
@@ -9,7 +10,7 @@ from blackboard.auction.decision_log import ENDING, SqliteBook
 from blackboard.consensus.journal import HardState, SqliteJournal
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import TaskRecord
-from blackboard.domain.task import Task, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
 from hive_common.pose import Pose
@@ -66,12 +67,140 @@ def test_a_hive_that_runs_is_left_alone(hive, folder):
     code, _, err = hive("recover", "--drop", "T7")
 
     assert code == 2
-    assert "robot1.sqlite3: a member has it open; end all members first" in err
+    assert "robot1.sqlite3 was not changed: a member has it open; end all members first" in err
     journal.close()
 
 
-def test_without_a_task_the_command_says_what_is_missing(hive):
-    code, _, err = hive("recover")
+MEMBERS = ("/blackboard#1", *(f"/robot{number}/robot#1" for number in range(1, 5)))
+DONE = replace(TASK, task=replace(TASK.task, id="T8"), state=TaskState.DONE)
+
+
+def write(folder, member, changes, hive="3fa9"):
+    """Write the journal of one of the members, with some changes after its snapshot."""
+    log = Log.of(Snapshot(Position(4, 20), {"T8": DONE}, MEMBERS))
+    for number in range(changes):
+        log = log.append(Entry(4, 21 + number, (TASK,)))
+    path = folder / f"{member.partition('#')[0].strip('/').replace('/', '-')}.sqlite3"
+    with contextlib.closing(SqliteJournal(path)) as journal:
+        journal.save(HardState(member, 4, "", log, hive))
+    return path
+
+
+def read(path):
+    """Return what a journal holds."""
+    with contextlib.closing(SqliteJournal(path)) as journal:
+        return journal.load()
+
+
+@pytest.fixture
+def left(folder):
+    """The journals of two of five members; robot2 has the newer one."""
+    for path in folder.glob("*.sqlite3"):
+        path.unlink()
+    return write(folder, MEMBERS[1], 1), write(folder, MEMBERS[2], 2)
+
+
+@pytest.mark.usefixtures("left")
+def test_without_an_option_it_lists_the_disks_and_how_many_are_missing(hive):
+    code, out, err = hive("recover")
+
+    assert (code, err) == (0, "")
+    listed = "blackboard, robot1, robot2, robot3, robot4"
+    counted = "Of the 5 members of hive 3fa9 by robot2's list, 2 are here."
+    assert out.splitlines() == [
+        "MEMBER  HIVE  EPOCH  CHANGE  TASKS  OPEN  MEMBERS ON ITS LIST",
+        f"robot1  3fa9  4      21      2      1     {listed}",
+        f"robot2  3fa9  4      22      2      1     {listed}",
+        "",
+        f"{counted} The hive decides nothing before 3 of them run.",
+        "If fewer can ever run again: hive recover --force-members MEMBER,...",
+    ]
+
+
+@pytest.mark.usefixtures("left")
+def test_where_a_majority_is_left_it_says_so(hive, folder):
+    write(folder, MEMBERS[0], 0)
+
+    _, out, _ = hive("recover")
+
+    assert "3 are here. That is a majority: start them, and the hive goes on as it is." in out
+
+
+@pytest.mark.parametrize("names", ["robot1,robot2", " /robot2/robot , robot1", "robot2/robot"])
+def test_the_newest_of_the_members_that_are_left_goes_on_alone(hive, left, names):
+    code, out, err = hive("recover", "--force-members", names)
+
+    assert code == 0
+    after = read(left[1])
+    assert after.log.latest.members == (MEMBERS[2],)
+    assert after.hive.startswith("3fa9.")
+    assert f"robot2 is the only member of hive {after.hive} now (before: 3fa9)" in out
+    assert "with 2 tasks, 1 of them open" in out
+    assert "the other members (blackboard, robot1, robot3, robot4) cannot be a majority" in err
+    assert read(left[0]).log.latest.members == MEMBERS
+
+
+def test_recovering_once_more_recovers_what_was_recovered(hive, left):
+    hive("recover", "--force-members", "robot1,robot2")
+    first = read(left[1]).hive
+
+    code, _, _ = hive("recover", "--force-members", "robot1,robot2")
+
+    assert code == 0
+    assert read(left[1]).hive.startswith(f"{first}.")
+    assert read(left[0]).hive == "3fa9"
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (
+            "robot3",
+            "no journal in {} belongs to 'robot3'; allowed: robot1, robot2. Members on oth",
+        ),
+        ("robot1,", "no journal in {} belongs to ''"),
+        ("robot1,robot5", "robot5 belongs to no hive, so there is nothing to recover; leave it"),
+        ("robot1,robot6", "hive 3fa9, and robot6 to hive 77; name members of one hive"),
+    ],
+)
+def test_what_cannot_go_on_is_named_and_nothing_changes(hive, folder, left, names, said):
+    write(folder, "/robot5/robot#1", 0, hive="")
+    write(folder, "/robot6/robot#1", 9, hive="77")
+    if "robot3" in names:
+        (folder / "robot5-robot.sqlite3").unlink()
+        (folder / "robot6-robot.sqlite3").unlink()
+    before = [read(path) for path in left]
+
+    code, _, err = hive("recover", "--force-members", names)
 
     assert code == 2
-    assert "'--drop'" in err
+    assert said.format(folder) in err
+    assert [read(path) for path in left] == before
+
+
+def test_members_that_run_are_not_recovered(hive, left):
+    journal = SqliteJournal(left[0])
+
+    code, _, err = hive("recover", "--force-members", "robot2")
+
+    assert code == 2
+    assert "robot1-robot.sqlite3 was not changed: a member has it open; end all" in err
+    assert read(left[1]).hive == "3fa9"
+    journal.close()
+
+
+def test_a_folder_without_journals_is_named(hive, tmp_path):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+
+    code, _, err = hive("recover", "--journal", str(empty))
+
+    assert code == 2
+    assert f"no member has a journal in {empty}; name another folder with --journal" in err
+
+
+def test_two_remedies_at_once_are_refused(hive):
+    code, _, err = hive("recover", "--drop", "T7", "--force-members", "robot1")
+
+    assert code == 2
+    assert "do one after the other" in err

@@ -3,7 +3,8 @@
 
 Every hive has a random id, which its members put into their messages to each other and to robots.
 No message passes from one hive to another. If two hives hear each other, the one with fewer
-members pauses (docs/decisions/024).
+members pauses (docs/decisions/024). Members of a hive that a person has recovered as another one
+join that.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 from blackboard.consensus.bootstrap import Handover, new_member
 from blackboard.consensus.member import Role, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat, Message
+from blackboard.consensus.recovery import succeeds
 from blackboard.domain.talker import BB_ACK, SYNC
 from hive_common.map_id import NO_MAP, MapId
 
@@ -84,7 +86,8 @@ class MemberFilter:
     Args:
         name: Of the member.
         timeout: A larger hive that was not heard for so long is gone [s].
-        patience: This hive pauses for so long at most for a larger one that has no leader [s].
+        patience: This hive pauses for so long at most for a larger one that has no leader, and
+            leaves its own after so long without a leader if a person has recovered that [s].
         bootstraps: Whether this member bootstraps a hive if it hears none.
 
     Attributes:
@@ -104,6 +107,7 @@ class MemberFilter:
         self._own_size = 0
         self._handover: Handover | None = None
         self._warned: set[str] = set()
+        self._needless: set[str] = set()
         self._bootstraps = bootstraps
 
     def accepts(self, message: Message, own: Member) -> bool:
@@ -119,8 +123,8 @@ class MemberFilter:
                 self._talker.warn(
                     f"{self._name} has an empty disk and hears members of hive {message.hive}, "
                     "which has no leader at present. It waits for that hive and does not "
-                    "bootstrap another. If that hive cannot recover, stop its members, move their "
-                    "journals away and start all of them again"
+                    "bootstrap another. If too many of that hive's members are gone for good, "
+                    "have it go on without them: hive recover --force-members"
                 )
             return False
         if message.hive == own.hive:
@@ -128,7 +132,7 @@ class MemberFilter:
                 self._own_size = len(message.members)
             return not isinstance(message, AppendReply) or own.role is Role.LEADER
         if message.hive and isinstance(message, Heartbeat | AppendReply):
-            self._compare(message, own)
+            self._hear_other(message, own)
         elif isinstance(message, AppendReply):
             # Somebody is about to bootstrap a hive.
             self._tell_of(own, name_of(message.member), message.echo)
@@ -145,13 +149,16 @@ class MemberFilter:
     def pauses(self, own: Member) -> bool:
         """Return whether the hive pauses for a larger one; if so, prepare to join that.
 
-        Only a member without a vote may join, or the only member of its hive.
+        Only a member without a vote may join, or the only member of its hive; and every member of
+        a hive that was recovered as the larger one.
         """
         larger = self.larger_hive
+        recovered = succeeds(larger, own.hive) and larger not in self._needless
         if not larger:
             self._end_handover()
-        elif self._handover is None and _may_leave(own):
-            records = own.log.latest.records.values() if own.members == (own.id,) else ()
+        elif self._handover is None and (_may_leave(own) or recovered):
+            alone = own.members == (own.id,) and not recovered
+            records = own.log.latest.records.values() if alone else ()
             self._handover = Handover(self._talker, self._name, larger, records)
         return bool(larger)
 
@@ -223,6 +230,47 @@ class MemberFilter:
         self._talker.warn(
             f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {other} "
             f"({_described(message)}); {then}"
+        )
+
+    def _hear_other(self, message: Heartbeat | AppendReply, own: Member) -> None:
+        """Take in what a member of another hive says."""
+        if not self._is_recovered(own, message.hive):
+            self._compare(message, own)
+        elif isinstance(message, Heartbeat):
+            self._leave(own, message.hive)
+
+    def _is_recovered(self, own: Member, other: str) -> bool:
+        """Return whether another hive is what a person has made of this one, which has no leader.
+
+        False for ever if this hive has had a leader beside it: a majority was there.
+        """
+        if not succeeds(other, own.hive):
+            return False
+        led = own.leader and self._talker.now() - own.heard <= self._timeout
+        if led or own.role is Role.LEADER:
+            self._needless.add(other)
+        return other not in self._needless
+
+    def _leave(self, own: Member, other: str) -> None:
+        """Prepare to join the hive as which this one was recovered, and say what is left behind.
+
+        Another leader may still be elected, so this waits as long as for any hive without one.
+        """
+        now = self._talker.now()
+        if now - own.heard <= self._patience:
+            return
+        self._larger = other, now
+        if other in self._warned:
+            return
+        self._warned.add(other)
+        records = own.log.latest.records.values()
+        left = [record.task.id for record in records if not record.state.is_terminal]
+        told = "had no open tasks"
+        if left:
+            told = f"had the open tasks {', '.join(left)}; post again what the other list lacks"
+        self._talker.warn(
+            f"{name_of(own.id)} leaves hive {own.hive}, which has no leader and was recovered as "
+            f"{other}, and joins that as a new member. Its own list {told}"
         )
 
     def _told_for(self, other: str, now: float) -> float:

@@ -143,23 +143,25 @@ class SqliteJournal:
 
     Args:
         path: The file; missing folders are created.
+        alone: Whether no member may have the file open before `close`. Then the file has to exist
+            and to be whole.
 
     Attributes:
         set_aside: New path of an unreadable file; None if there was none.
 
     Raises:
         JournalError: The file can be neither read, nor created, nor renamed, or has a task that
-            this version cannot use; the text names the task.
+            this version cannot use; the text names the task. Or a member has it open.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, alone: bool = False) -> None:
         self._path = path
         self._saved: HardState | None = None
         self.set_aside: Path | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
-                self._database = self._open()
+                self._database = _open_alone(path) if alone else self._open()
                 self._saved = self._read()
                 self.load_reports()
                 self.load_hold()
@@ -167,7 +169,12 @@ class SqliteJournal:
             except JournalError:
                 self._database.close()
                 raise
-            except (sqlite3.DatabaseError, ValueError, KeyError, TypeError):
+            except (sqlite3.DatabaseError, ValueError, KeyError, TypeError) as error:
+                self._close_if_open()
+                if alone:
+                    raise _not_changed(path, error) from None
+                if _is_locked(error):
+                    raise _in_use(path) from None
                 self._move_away()
                 self._database = self._open()
         except (OSError, sqlite3.Error) as error:
@@ -182,7 +189,8 @@ class SqliteJournal:
         before, log = self._saved, hard_state.log
         with self._transaction():
             self._write_self(before, hard_state)
-            if before is None or not _continues(before.log, log):
+            # Entries of another hive may have the same positions.
+            if before is None or before.hive != hard_state.hive or not _continues(before.log, log):
                 self._database.execute("DELETE FROM records")
                 self._database.execute("DELETE FROM entries")
                 self._write_records(log.base.records.values())
@@ -245,9 +253,11 @@ class SqliteJournal:
             raise
         return database
 
-    def _move_away(self) -> None:
+    def _close_if_open(self) -> None:
         if (database := getattr(self, "_database", None)) is not None:
             database.close()
+
+    def _move_away(self) -> None:
         stamp = time.strftime("%Y%m%d-%H%M%S")
         self.set_aside = self._path.with_name(f"{self._path.name}.{stamp}.unreadable")
         self._path.rename(self.set_aside)
@@ -359,19 +369,66 @@ def drop_task(path: Path, task_id: str) -> bool:
         JournalError: A member has the journal open, or it cannot be read or written.
     """
     try:
-        with closing(sqlite3.connect(path, timeout=_LOCK_TIME, isolation_level=None)) as database:
-            _check_whole(database, is_new=False)
-            # SQLite refuses this while anybody else has the file open.
-            database.execute("PRAGMA journal_mode = DELETE")
-            with database:
-                database.execute("BEGIN EXCLUSIVE")
-                return _dropped(database, task_id)
+        with closing(_open_alone(path)) as database, database:
+            database.execute("BEGIN EXCLUSIVE")
+            return _dropped(database, task_id)
     except (sqlite3.Error, OSError, ValueError, KeyError, TypeError) as error:
-        why = "a member has it open" if "locked" in str(error) else f"it cannot be read: {error}"
-        raise JournalError(
-            f"{task_id} cannot be removed from the journal {path}: {why}; end all members first "
-            f"(a hive that runs removes a task with: hive cancel {task_id})"
-        ) from None
+        hint = f" (a hive that runs removes a task with: hive cancel {task_id})"
+        raise _not_changed(path, error, hint) from None
+
+
+def owner_of(path: Path) -> tuple[str, str] | None:
+    """Return the id of a journal's member and of its hive; also while a member has it open.
+
+    None if the member belongs to no hive, or if the file is no journal that can be read.
+    """
+    try:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+            known = dict(database.execute("SELECT key, value FROM self").fetchall())
+            member, hive = json.loads(known["member"]), json.loads(known["hive"])
+    except (sqlite3.Error, OSError, ValueError, KeyError, TypeError):
+        return None
+    return (member, hive) if hive else None
+
+
+def _open_alone(path: Path) -> sqlite3.Connection:
+    """Open a journal that exists, and keep members out until it is closed.
+
+    Raises:
+        sqlite3.Error: A member has it open, or it is no whole journal.
+    """
+    database = sqlite3.connect(
+        f"{path.resolve().as_uri()}?mode=rw", timeout=_LOCK_TIME, isolation_level=None, uri=True
+    )
+    try:
+        _check_whole(database, is_new=False)
+        database.execute("PRAGMA locking_mode = EXCLUSIVE")
+        # SQLite refuses this while anybody else has the file open.
+        database.execute("PRAGMA journal_mode = DELETE")
+        database.executescript(f"BEGIN EXCLUSIVE; {_HOLD}; {_EXPERIENCE}; COMMIT;")
+    except BaseException:
+        database.close()
+        raise
+    return database
+
+
+def _not_changed(path: Path, error: Exception, hint: str = "") -> JournalError:
+    why = f"it cannot be read: {error}"
+    if _is_locked(error):
+        why = f"a member has it open; end all members first{hint}"
+    return JournalError(f"the journal {path} was not changed: {why}")
+
+
+def _in_use(path: Path) -> JournalError:
+    return JournalError(
+        f"the journal {path} is in use by another program, such as `hive recover`; start this "
+        "member again when that has ended"
+    )
+
+
+def _is_locked(error: Exception) -> bool:
+    """Return whether another program keeps this one out; the file may be in order."""
+    return isinstance(error, sqlite3.OperationalError) and "locked" in str(error)
 
 
 def _dropped(database: sqlite3.Connection, task_id: str) -> bool:

@@ -30,15 +30,19 @@ class NoQuorum:
 
     Args:
         journal: The member's journal file.
+        beside: What keeps a member with a new journal from bootstrapping a hive; may be empty.
 
     Attributes:
         text: What the hive waits for; empty while it waits for nothing.
     """
 
-    def __init__(self, talker: Talker, state: Callable[[], Member], journal: str) -> None:
+    def __init__(
+        self, talker: Talker, state: Callable[[], Member], journal: str, beside: str = ""
+    ) -> None:
         self._talker = talker
         self._state = state
         self._journal = journal
+        self._beside = beside
         self._since = talker.now()
         self._warned = float("-inf")
         self.text = ""
@@ -60,15 +64,17 @@ class NoQuorum:
     def _describe(self, member: Member, silence: float) -> str:
         begin = f"{_short(member.id)} has heard no leader for {silence:.0f} s"
         if not member.members:
-            return f"{begin}; start the hive's blackboard node, or check the network"
+            remedy = self._beside or "start the hive's blackboard node, or check the network"
+            return f"{begin}; {remedy}"
         names = ", ".join(map(_short, member.members))
         return (
             f"{begin}: the hive has {len(member.members)} members ({names}), and "
             f"{majority_of(member.members)} of them have to run before it decides anything. Start "
-            "those that are missing. If they are gone for good, for example because another fleet "
-            "ran here before, give this fleet a folder of its own (launch argument "
-            f"journal:=FOLDER, or parameter journal), or move {self._journal} and the files "
-            "beside it away; the tasks on that list are then forgotten"
+            "those that are missing. If too many are gone for good, end the others and have them "
+            "go on without: hive recover --force-members. If another fleet ran here before, give "
+            "this one a folder of its own (launch argument journal:=FOLDER, or parameter "
+            f"journal), or move {self._journal} and the files beside it away; the tasks on that "
+            "list are then forgotten"
         )
 
 

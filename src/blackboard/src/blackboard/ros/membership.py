@@ -12,7 +12,8 @@ import rospy
 from blackboard.auction.decision_log import ENDING, SqliteBook
 from blackboard.board.blackboard import Blackboard
 from blackboard.board.intake import record_flaw
-from blackboard.consensus.journal import SqliteJournal, unusable
+from blackboard.consensus.journal import SqliteJournal, owner_of, unusable
+from blackboard.consensus.member import name_of
 from blackboard.consensus.no_quorum import NoQuorum
 from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
@@ -85,6 +86,37 @@ def _file(member: str, ending: str) -> Path:
     return journal_folder(member) / f"{name}{ending}"
 
 
+def hive_beside(member: str, hive: str) -> str:
+    """Return what the folder of a member's journal says of the hive that it belonged to.
+
+    Journals of robots beside it may name a hive. A member that bootstraps another one there has
+    lost its journal, or the robots' journals are left of another fleet; a person has to say which.
+
+    Args:
+        member: The name of a member whose own journal is new.
+        hive: Namespace of the hive, ending in a slash.
+
+    Returns:
+        Which members belong to which hive, and what to do; empty if there are none.
+    """
+    found: dict[str, list[str]] = {}
+    folder = journal_folder(member)
+    for path in sorted(folder.glob("*.sqlite3")):
+        owner, known = owner_of(path) or ("", "")
+        robot, _, node = name_of(owner).removeprefix(hive).partition("/")
+        if known and f"{hive}{robot}/robot" == name_of(owner) and node == "robot":
+            found.setdefault(known, []).append(robot)
+    if not found:
+        return ""
+    named = ", ".join(f"{known} ({', '.join(names)})" for known, names in found.items())
+    return (
+        f"its journal is new, but journals of robots in {folder} name a hive: {named}. It waits "
+        "for that hive, and bootstraps no other. If that hive cannot go on without this member, "
+        "run: hive recover --force-members. If another fleet ran here before, move those journals "
+        "away, or give this fleet a folder of its own (parameter journal)"
+    )
+
+
 def journal_folder(member: str = "") -> Path:
     """Return the folder of a member's journal; by default that of this node.
 
@@ -120,7 +152,8 @@ def join(
         hive: Namespace of the hive, ending in a slash.
         path_lengths: Where a robot can stand and how far it drives.
         journal: The member's disk.
-        bootstraps: Whether it bootstraps a hive where there is none.
+        bootstraps: Whether it bootstraps a hive where there is none, and where no journal in the
+            same folder names one.
         stands_by: Whether it can lead; its process then publishes `VOTER_TOPICS`, else
             `LEARNER_TOPICS`.
 
@@ -129,13 +162,18 @@ def join(
         JournalError: The file for decisions cannot be used.
     """
     namespace = f"{hive}blackboard"
+    beside = ""
+    if bootstraps and journal.load() is None:
+        beside = hive_beside(talker.name, hive)
+    if beside:
+        talker.warn(f"{talker.name} does not bootstrap a hive: {beside}")
     node = RaftNode(
         talker,
         talker.name,
         params.read(RaftSettings, namespace),
         journal,
         random.SystemRandom(),
-        bootstrap=bootstraps,
+        bootstrap=bootstraps and not beside,
         voter=stands_by,
     )
     path_lengths.follow(node.tell_map)
@@ -156,7 +194,8 @@ def join(
         ).start()
         if params.read(TrafficSettings, namespace).traffic == "planned":
             keep_planner(talker, node, hive)
-    no_quorum = NoQuorum(talker, lambda: node.member, str(_file(talker.name, ".sqlite3")))
+    path = str(_file(talker.name, ".sqlite3"))
+    no_quorum = NoQuorum(talker, lambda: node.member, path, beside)
     no_clock = NoClock(talker)
     for watch in (no_quorum, no_clock):
         talker.every(_CHECK_PERIOD, watch.look)

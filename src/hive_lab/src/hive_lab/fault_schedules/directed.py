@@ -25,7 +25,9 @@ from hive_lab.fault_schedules.schedule import (
     FaultSchedule,
     Freeze,
     FullDisk,
+    Loss,
     Post,
+    Recover,
     SetState,
     Strike,
     Trigger,
@@ -223,6 +225,30 @@ _OTHER_HIVE = (
     Post(33.0, _another("T2")),
 )
 
+# Three of five members are lost for good, and an operator has the blackboard node go on alone.
+# robot1, which runs on, has to do T2.
+_RECOVERED = (
+    Loss(12.0, ("robot2", "robot3", "robot4")),
+    Recover(24.0, BLACKBOARD),
+    Post(30.0, _another("T2")),
+)
+
+# An operator has the blackboard node go on alone while it is only cut off from the two others.
+_RECOVERED_TOO_SOON = (
+    Cut(12.0, (BLACKBOARD,), 14.0),
+    Recover(14.0, BLACKBOARD),
+    Post(17.0, _another("T2")),
+)
+
+# The same, and two robots that hear only the blackboard node join it, so its hive is the larger
+# one when the cut ends. The other hive has accepted T2, and waits for a person.
+_RECOVERED_BESIDE = (
+    Cut(12.0, ("robot1", "robot2"), 16.0, others=(BLACKBOARD, "robot3", "robot4")),
+    Recover(14.0, BLACKBOARD),
+    Cut(17.5, (BLACKBOARD, "robot3", "robot4"), 4.5, others=(OPERATOR,)),
+    Post(18.0, replace(_tour(18), id="T2")),
+)
+
 _ELECTIONS = (
     _schedule("rivals", *_RIVALS),
     _schedule("forgetful rivals", *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))),
@@ -267,7 +293,18 @@ _WORK = (
     _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
 )
 
+_RECOVERIES = (
+    _schedule("recovered", *_RECOVERED, robots=4),
+    _schedule("recovered too soon", *_RECOVERED_TOO_SOON),
+    _schedule(
+        "recovered beside a majority",
+        *_RECOVERED_BESIDE,
+        robots=4,
+        late=(("robot3", 15.0), ("robot4", 15.5)),
+    ),
+)
+
 DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
-    {each.scenario: each for each in (*_ELECTIONS, *_WORK)}
+    {each.scenario: each for each in (*_ELECTIONS, *_WORK, *_RECOVERIES)}
 )
 """By name; "figure 8" is figure 8 of the Raft paper, with one change a message."""

@@ -93,7 +93,7 @@ class Ending:
         )
 
     def _greatest(self) -> str:
-        known = [each.disk.hard_state for each in self._members.values()]
+        known = [each.disk.hard_state for each in self._members.values() if not each.gone]
         hives = Counter(
             hard_state.hive for hard_state in known if hard_state is not None and hard_state.hive
         )

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Callable, Iterator
 
-    from blackboard.consensus.log import Entry, Position
+    from blackboard.consensus.log import Entry, Log, Position
     from blackboard.consensus.member import Member
     from blackboard.domain.record import TaskRecord
 
@@ -45,6 +45,20 @@ class History:
         self._written: dict[Position, Entry] = {}
         self._applied = 0
         self.truth: dict[str, TaskRecord] = {}
+
+    def go_on_from(self, log: Log, before: History) -> None:
+        """Begin with the list of the only member of a hive that was recovered as this.
+
+        The member commits all that it has as soon as it leads.
+        """
+        self.truth = dict(log.latest.records)
+        self.forgotten = {
+            task: record
+            for task, record in {**before.forgotten, **before.truth}.items()
+            if task not in log.latest.records and record.state.is_terminal
+        }
+        self._applied = log.position.version
+        self._committed[self._applied] = log.position
 
     @property
     def applied(self) -> int:

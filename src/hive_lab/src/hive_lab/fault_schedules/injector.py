@@ -19,6 +19,7 @@ from hive_lab.fault_schedules.schedule import (
     Cut,
     Freeze,
     FullDisk,
+    Loss,
     PowerCut,
     SlowDisk,
     Strike,
@@ -50,6 +51,7 @@ class FaultInjector:
         self._bad_links: list[BadLinks] = []
         self._cuts: list[Cut] = []
         self._strikes: list[Strike] = []
+        self._is_calm = False
         self.faults: Counter[str] = Counter()
         for member in members.values():
             member.disk.watched_by = partial(self._watch, member)
@@ -57,35 +59,44 @@ class FaultInjector:
     def happen(self, fault: object) -> None:
         """Inject a fault."""
         self.faults[type(fault).__name__] += 1
-        if isinstance(fault, Crash):
-            self._crash(replace(fault, member=self._who(fault.member)))
-        elif isinstance(fault, PowerCut):
-            for name in self._members:
-                lasts = fault.lasts + self._network.random.uniform(0.0, 2.0)
-                self._members[name].base.cancel()
-                self._end(Crash(fault.at, name, lasts))
-        elif isinstance(fault, Freeze):
-            self._freeze(replace(fault, member=self._who(fault.member)))
+        if isinstance(fault, Crash | Freeze | Loss | PowerCut):
+            self._end_or_freeze(fault)
         elif isinstance(fault, Cut):
             self._cut_off(fault)
         elif isinstance(fault, BadLinks):
             self._bad_links.append(fault)
             self._network.quality = fault.quality
             self._network.schedule(fault.lasts, None, self._mend, fault)
-        elif isinstance(fault, FullDisk):
-            self._fill(self._members[self._who(fault.member)], fault.lasts)
-        elif isinstance(fault, SlowDisk):
-            disk = self._members[self._who(fault.member)].disk
-            disk.takes = fault.takes
-            self._network.schedule(fault.lasts, None, self._speed_up, disk)
+        elif isinstance(fault, FullDisk | SlowDisk):
+            self._spoil(fault)
         elif isinstance(fault, Strike):
             self._strikes.append(fault)
+
+    def _end_or_freeze(self, fault: Crash | Freeze | Loss | PowerCut) -> None:
+        if isinstance(fault, Crash):
+            self._crash(replace(fault, member=self._who(fault.member)))
+        elif isinstance(fault, Freeze):
+            self._freeze(replace(fault, member=self._who(fault.member)))
+        elif isinstance(fault, Loss):
+            for name in fault.members:
+                self._stop_process(Crash(fault.at, name, None, disk_lost=True))
+        else:
+            for name in self._members:
+                lasts = fault.lasts + self._network.random.uniform(0.0, 2.0)
+                self._members[name].base.cancel()
+                self._end(Crash(fault.at, name, lasts))
+
+    def restart(self, name: str) -> None:
+        """End a member's process, as a person does, and start it again after a moment."""
+        self._stop_process(Crash(self._network.now, name, 1.0))
 
     def boot(self, member: SimulatedMember) -> None:
         """Start a member, unless it runs or is gone."""
         if member.host.up or member.gone:
             return
         member.boot()
+        if self._is_calm and member.drive is not None:
+            member.drive.stalls = 0.0
         self._checker.after_event(member.host)
 
     def calm_down(self) -> None:
@@ -103,6 +114,7 @@ class FaultInjector:
             self.boot(member)
             if member.drive is not None:
                 member.drive.stalls = 0.0
+        self._is_calm = True
 
     def _who(self, name: str) -> str:
         if name != LEADER:
@@ -142,9 +154,14 @@ class FaultInjector:
         else:
             self._cut_off(replace(fault, members=(name,)))
 
-    def _fill(self, member: SimulatedMember, lasts: float) -> None:
-        member.disk.full = True
-        self._network.schedule(lasts, None, self._free, member.disk)
+    def _spoil(self, fault: FullDisk | SlowDisk) -> None:
+        disk = self._members[self._who(fault.member)].disk
+        if isinstance(fault, SlowDisk):
+            disk.takes = fault.takes
+            self._network.schedule(fault.lasts, None, self._speed_up, disk)
+        else:
+            disk.full = True
+            self._network.schedule(fault.lasts, None, self._free, disk)
 
     def _free(self, disk: Disk) -> None:
         disk.full = False
@@ -179,6 +196,10 @@ class FaultInjector:
         member = self._members[crash.member]
         if (crash.back_after is None or crash.disk_lost) and self._would_lose_majority(member):
             crash = replace(crash, back_after=crash.back_after or 1.0, disk_lost=False)
+        self._stop_process(crash)
+
+    def _stop_process(self, crash: Crash) -> None:
+        member = self._members[crash.member]
         if member.host.up:
             member.host.crash()
         self._checker.after_event(member.host)

@@ -21,7 +21,7 @@ from hive_lab.fault_schedules.simulated_arm import LoadChecker
 from hive_lab.virtual.task_checker import is_taken_away
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
@@ -173,6 +173,21 @@ class ProtocolChecker:
     def disk_given_up(self, hard_state: HardState) -> None:
         """Record the disk of a member that starts anew to join another hive."""
         self._lost_disks.append(hard_state)
+
+    def recovered(self, before: HardState, after: HardState) -> Sequence[str]:
+        """Follow the hive as which a person recovers one whose majority is gone.
+
+        What only the lost members had on disk is lost, so it may be done again. Returns the tasks
+        that the list no longer has, and whose end the hive did not know.
+        """
+        old, new = self._hives[before.hive], self._hives[after.hive]
+        new.go_on_from(after.log, old)
+        listed = after.log.latest.records
+        behind = {task for task, record in old.truth.items() if listed.get(task) != record}
+        behind |= old.forgotten.keys() & listed.keys()
+        self._lost |= behind
+        self.loads.unclear |= behind
+        return sorted(behind - listed.keys() - new.forgotten.keys())
 
     def _is_known_as_done(self, task: str) -> bool:
         records = (

@@ -22,12 +22,21 @@ from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
+from hive_lab.fault_schedules.rescue import Rescuer
 from hive_lab.fault_schedules.scenarios import ASIDE, SCENARIOS
-from hive_lab.fault_schedules.schedule import BY_HAND, FAULT_PERIOD, SETTLE, Cancel, Post, SetState
+from hive_lab.fault_schedules.schedule import (
+    BY_HAND,
+    FAULT_PERIOD,
+    SETTLE,
+    Cancel,
+    Post,
+    Recover,
+    SetState,
+)
 from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from hive_lab.fault_schedules.schedule import FaultSchedule
 
@@ -84,9 +93,10 @@ class Run(Harness):
         self.exercised.drawn(schedule.board, schedule.kits, len(schedule.aside))
         self.schedule = schedule
         members = {name: self._member(name) for name in schedule.members}
-        self.connect(
-            members, [each.task for each in schedule.happenings if isinstance(each, Post)]
-        )
+        tasks = [each.task for each in schedule.happenings if isinstance(each, Post)]
+        self.connect(members, tasks)
+        self._tasks = {task.id: task for task in tasks}
+        self._rescuer = Rescuer(self, self._post_again)
 
     def _member(self, name: str) -> SimulatedMember:
         random = self.random
@@ -113,6 +123,7 @@ class Run(Harness):
             self.network.run(end)
             self.injector.calm_down()
             self._set_all_idle(None)
+            self._rescuer.watch()
             self.network.run(end + CALM, ending.is_over)
             ending.check()
         except Violation as broken:
@@ -136,6 +147,13 @@ class Run(Harness):
             self.network.send(self.operator, f"{name}/set_state", "idle")
         self.network.schedule(_ROUNDS, None, self._set_all_idle, None)
 
+    def _post_again(self, task_ids: Sequence[str]) -> None:
+        """Post tasks again, as a person does who misses them; of parts it posts nothing."""
+        self.answered -= set(task_ids)
+        for task_id in task_ids:
+            if task_id in self._tasks:
+                self.post(self._tasks[task_id])
+
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):
             post = self.post_anew if happening.anew else self.post
@@ -145,6 +163,8 @@ class Run(Harness):
         elif isinstance(happening, SetState):
             self.injector.faults["SetState"] += 1
             self.network.send(self.operator, f"{happening.robot}/set_state", happening.word)
+        elif isinstance(happening, Recover):
+            self._rescuer.recover_with(happening.member)
         else:
             self.injector.happen(happening)
 

@@ -27,7 +27,9 @@ from hive_lab.fault_schedules.schedule import (
     FaultSchedule,
     Freeze,
     FullDisk,
+    Loss,
     Post,
+    Recover,
     SetState,
     SlowDisk,
     Strike,
@@ -301,6 +303,30 @@ def _strong_robot(random: Random) -> Setting:
     return Setting(robots, faults, _close(random))
 
 
+def _no_majority(random: Random) -> Setting:
+    """Lose half of the members or more for good, with their disks, while others lag behind."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    at = SETTLE + random.uniform(1.0, 0.6 * FAULT_PERIOD)
+    lost = random.sample(members, random.randint(len(members) // 2, len(members) - 1))
+    left = [name for name in members if name not in lost]
+    faults: list[Happening] = [Loss(at, tuple(lost))]
+    for before in (at - random.uniform(0.0, 6.0), at - random.uniform(0.0, 2.0)):
+        lasts = random.uniform(0.5, 20.0)
+        if random.choice([True, False]):
+            faults.append(Cut(before, (random.choice(left),), lasts))
+        else:
+            faults.append(_strike(random, before, members))
+    faults += [
+        Crash(when, random.choice(left), _short(random))
+        for when in (at + random.uniform(0.0, 6.0), at + random.uniform(12.0, 30.0))
+        if random.choice([True, False])
+    ]
+    if random.choice([True, False]):
+        faults.append(Recover(at + random.uniform(4.0, 15.0)))
+    return Setting(robots, faults, _close(random))
+
+
 SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "election storm": _storm,
@@ -317,6 +343,7 @@ SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
 ASIDE: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "bad disks": _bad_disks,
+        "no majority left": _no_majority,
         "sleeping machines": _sleeping_machines,
         STRONG_ROBOT: _strong_robot,
     }

@@ -143,6 +143,32 @@ class PowerCut:
 
 
 @dataclass(frozen=True, slots=True)
+class Loss:
+    """Some members are lost for good with their disks, even if they are a majority."""
+
+    at: float
+    members: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.at:6.2f} {', '.join(self.members)} are lost for good, disks included"
+
+
+@dataclass(frozen=True, slots=True)
+class Recover:
+    """An operator has a member go on without the others: `hive recover --force-members`.
+
+    Without a name it is the newest that is left, if the hive cannot go on.
+    """
+
+    at: float
+    member: str = ""
+
+    def __str__(self) -> str:
+        who = f"with {self.member} alone" if self.member else "if no majority is left"
+        return f"{self.at:6.2f} an operator recovers the hive {who}"
+
+
+@dataclass(frozen=True, slots=True)
 class SetState:
     """An operator sets a robot's state."""
 
@@ -233,6 +259,8 @@ Happening = (
     | SlowDisk
     | PowerCut
     | Strike
+    | Loss
+    | Recover
     | SetState
     | Post
     | Cancel
