@@ -33,6 +33,8 @@ from hive_lab.fault_schedules.schedule import (
 SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "600"))
 """Number of random schedules; more on demand."""
 
+RECOVERED_BESIDE = "recovered beside a majority"
+
 POSTS = tuple(
     Post(8.0 + 3.0 * number, Task(f"T{number}", TaskType.GAB, (Pose(1.0, 2.0), Pose(number, 4.0))))
     for number in range(4)
@@ -102,6 +104,24 @@ def test_a_hive_without_a_leader_makes_a_smaller_one_give_way():
     broken = [outcome for outcome in map(run, drawn) if outcome.violation]
 
     assert not broken, broken[0].in_full()
+
+
+@pytest.mark.parametrize("seed", [54191, 54286, 71397, 75192])
+def test_hives_that_lose_disks_or_one_of_two_voters_are_one_hive_in_the_end(seed):
+    outcome = run(draw(seed))
+
+    assert not outcome.violation, outcome.in_full()
+    assert bool(outcome.faults["recoveries"]) == (seed in {71397, 75192})
+
+
+def test_a_person_recovers_hives_of_which_no_majority_is_left():
+    lost = [run(draw(seed, "no majority left")) for seed in (*range(12), 110, 1115)]
+    by_mistake = [run(DIRECTED[name]) for name in ("recovered too soon", RECOVERED_BESIDE)]
+    broken = [outcome for outcome in (*lost, *by_mistake) if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+    assert sum(bool(outcome.faults["recoveries"]) for outcome in lost) > 2 * len(lost) / 3
+    assert all(outcome.faults["recoveries"] for outcome in by_mistake)
 
 
 def test_full_and_slow_disks_break_no_property():

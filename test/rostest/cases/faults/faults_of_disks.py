@@ -13,6 +13,10 @@ from held_clock import PATIENT
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.runner.limits import PATIENCE
+
+BAD_INPUT = 2
+"""The exit code of a command whose arguments or files cannot be used."""
 
 SIZE = 16
 """Size of the small disk [MB]: SQLite's write-ahead log alone may grow to 4 MB."""
@@ -142,3 +146,87 @@ def test_a_journal_that_is_torn_is_set_aside_and_said(hive, operator):
     assert torn in [file.read_bytes() for file in kept]
     assert "could not read its journal and has moved it" in hive.log_of(node)
     assert node not in hive.ended()
+
+
+def run_hive(*words):
+    """Run `hive` with words; return the finished process."""
+    return subprocess.run(
+        ["rosrun", "fleet_manager", "hive", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+def lose_disk_of(hive, *nodes):
+    for node in nodes:
+        for file in hive.journals.glob(f"{hive.journal_of(node).name}*"):
+            file.unlink()
+
+
+@pytest.fixture
+def one_folder(hive):
+    """The hive; what is started from now on has its journal in the same folder as the others."""
+    before = rospy.get_param(f"{hive.blackboard}/journal")
+    rospy.set_param(f"{hive.blackboard}/journal", str(hive.journals))
+    yield hive
+    rospy.set_param(f"{hive.blackboard}/journal", before)
+
+
+def test_a_blackboard_node_without_its_disk_bootstraps_no_hive_beside_disks_of_robots(
+    one_folder, operator
+):
+    hive, of_hive = one_folder, operator.last.hive
+    hive.kill(*hive.members)
+    lose_disk_of(hive, hive.blackboard)
+    operator.forget_answers()
+    hive.start(hive.blackboard)
+    operator.demand(
+        lambda: "does not bootstrap a hive: its journal is new" in hive.log_of(hive.blackboard),
+        "the blackboard node says why it waits",
+    )
+    hive.restart_ended()
+    operator.wait_until_whole()
+
+    assert operator.last.hive == of_hive
+    assert operator.post(make_task("one-hive", (3.0, 2.0))).state == TaskState.WAITING
+    assert operator.follow("one-hive") == TaskState.DONE
+
+
+def test_a_hive_whose_majority_is_gone_goes_on_with_the_member_that_a_person_names(
+    one_folder, operator
+):
+    hive, of_hive = one_folder, operator.last.hive
+    left = hive.node_of("robot1")
+    for drive in hive.drives:
+        drive.seconds = 600.0
+    operator.post(make_task("kept", (4.0, 2.0)))
+    operator.demand(
+        lambda: (
+            left == operator.last.active or operator.acknowledged[left] == operator.last.version
+        ),
+        f"{left} has the task on its disk",
+    )
+    recover = ["recover", "--force-members", "robot1", "--journal", str(hive.journals)]
+    refused = run_hive(*recover)
+    hive.kill(*hive.members)
+    lose_disk_of(hive, *(node for node in hive.members if node != left))
+    for drive in hive.drives:
+        drive.cancel_all()
+        drive.seconds = 0.1
+    recovered = run_hive(*recover)
+    operator.forget_answers()
+    hive.start(left)
+    operator.demand(lambda: operator.last.hive != of_hive, f"{left} leads another hive")
+    hive.restart_ended()
+    operator.wait_until_whole()
+
+    assert refused.returncode == BAD_INPUT
+    assert "a member has it open; end all members first" in refused.stderr
+    assert recovered.returncode == 0, recovered.stderr
+    assert operator.last.hive.startswith(f"{of_hive}.")
+    assert operator.follow("kept") == TaskState.DONE
+    assert operator.post(make_task("recovered", (4.0, 3.0))).state == TaskState.WAITING
+    assert operator.follow("recovered") == TaskState.DONE

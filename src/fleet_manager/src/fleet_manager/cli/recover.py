@@ -216,5 +216,5 @@ def _shown(member_id: str) -> str:
 
 def _spellings(member_id: str) -> set[str]:
     """Return the texts that mean a member."""
-    name = name_of(member_id)
-    return {member_id, name, name.strip("/"), _shown(member_id)}
+    name, shown = name_of(member_id), _shown(member_id)
+    return {member_id, name, name.strip("/"), shown, shown.rpartition("/")[2]}

@@ -123,7 +123,8 @@ class Run(Harness):
             self.network.run(end)
             self.injector.calm_down()
             self._set_all_idle(None)
-            self._rescuer.watch()
+            if self.schedule.scenario not in {BY_HAND, *DIRECTED}:
+                self._rescuer.watch()
             self.network.run(end + CALM, ending.is_over)
             ending.check()
         except Violation as broken:
