@@ -99,6 +99,12 @@ def test_robots_that_come_back_pick_no_load_again(seed, scenario):
     assert not outcome.violation, outcome.in_full()
 
 
+def test_a_robot_whose_answer_was_lost_is_asked_again_where_few_are_asked_first():
+    outcome = run(draw(3171, "lost disks"))
+
+    assert not outcome.violation, outcome.in_full()
+
+
 def test_a_hive_without_a_leader_makes_a_smaller_one_give_way():
     drawn = (replace(DIRECTED["second hive"], seed=seed) for seed in range(12))
     broken = [outcome for outcome in map(run, drawn) if outcome.violation]

@@ -276,6 +276,25 @@ def test_what_the_robots_asked_first_cannot_take_is_offered_to_all():
     assert [*first.asked, *second.asked] == ["robot1", "robot2"]
 
 
+def test_robots_that_were_too_slow_are_asked_although_nobody_waits_for_them():
+    desk = Desk("robot1", "robot2", max_asked=1)
+    desk.auction("T1")
+    desk.bid("robot1", T1=MAX_COST)
+    desk.say(AwardsCommitted(()))
+    desk.say(ROUND)
+    desk.say(AwardsCommitted(()))
+    desk.say(Signal.FLEET_CHANGED)
+    desk.bid("robot1", T1=MAX_COST)
+    assert desk.state.slow == {"robot2"}
+
+    call, _, decided = desk.say(AwardsCommitted(()))
+    desk.bid("robot2", T1=1.0)
+
+    assert [*call.asked] == ["robot2"]
+    assert [name for name, _ in decided.result.impossible] == ["T1"]
+    assert desk.state.slow == frozenset()
+
+
 def planner():
     """Return a desk that plans, with two robots."""
     return Desk("robot1", "robot2", plans=True)

@@ -389,7 +389,7 @@ def _ask(
     auction = begin(offers, robots, view.in_service)
     bidders, auction = auction.missing, auction.excuse(state.slow)
     state = replace(state, auction=auction)
-    if not auction.missing:
+    if not bidders:
         return _close_round(state, view)
     asked = None
     if awards or auction.is_selective or not auction.is_new:
@@ -403,8 +403,12 @@ def _ask(
         round=auction.round,
         asked=asked,
     )
-    timer = SetTimer(Signal.ROUND_TIMEOUT, state.bid_timeout)
-    return replace(state, call=call), [timer, call]
+    state = replace(state, call=call)
+    if not auction.missing:
+        # Nobody waits for those that were too slow; but only what they are asked can they answer.
+        state, effects = _close_round(state, view)
+        return state, [call, *effects]
+    return state, [SetTimer(Signal.ROUND_TIMEOUT, state.bid_timeout), call]
 
 
 def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
