@@ -106,14 +106,14 @@ def test_without_an_option_it_lists_the_disks_and_how_many_are_missing(hive):
 
     assert (code, err) == (0, "")
     listed = "blackboard, robot1, robot2, robot3, robot4"
-    counted = "Of the 5 members of hive 3fa9 by robot2's list, 2 are here."
+    remedy = "hive recover --force-members MEMBER,..."
     assert out.splitlines() == [
         "MEMBER  HIVE  EPOCH  CHANGE  TASKS  OPEN  MEMBERS ON ITS LIST",
         f"robot1  3fa9  4      21      2      1     {listed}",
         f"robot2  3fa9  4      22      2      1     {listed}",
         "",
-        f"{counted} The hive decides nothing before 3 of them run.",
-        "If fewer can ever run again: hive recover --force-members MEMBER,...",
+        "Of the 5 members of hive 3fa9 by robot2's list, 2 are here.",
+        f"The hive decides nothing before 3 of them run; if so many never will: {remedy}",
     ]
 
 

@@ -90,9 +90,16 @@ def _show(journals: list[Path], where: Path) -> None:
     disks = _read(journals, where)
     click.echo("\n".join(aligned(_HEAD, [_row(disk) for disk in disks.values()])))
     of_a_hive = [disk for disk in disks.values() if disk.hive]
-    if of_a_hive:
-        click.echo(f"\n{_described(newest(of_a_hive), of_a_hive)}")
-        click.echo("If fewer can ever run again: hive recover --force-members MEMBER,...")
+    if not of_a_hive:
+        return
+    disk = newest(of_a_hive)
+    click.echo(f"\n{_described(disk, of_a_hive)}")
+    if not _is_majority(disk, of_a_hive):
+        enough = majority_of(disk.log.latest.members)
+        click.echo(
+            f"The hive decides nothing before {enough} of them run; if so many never will: hive "
+            "recover --force-members MEMBER,..."
+        )
 
 
 def _force(journals: list[Path], left: str, where: Path, *, yes: bool) -> None:
@@ -174,17 +181,19 @@ def _newest(named: list[tuple[Path, HardState]]) -> tuple[Path, HardState]:
 
 
 def _described(disk: HardState, here: list[HardState]) -> str:
-    """Return how many of a hive's members have their journals here, and what that means."""
-    listed = disk.log.latest.members
-    found = {each.member for each in here}
-    known = sum(each in found for each in listed)
-    begin = (
+    """Return how many of a hive's members have their journals here."""
+    listed, found = disk.log.latest.members, {each.member for each in here}
+    text = (
         f"Of the {len(listed)} members of hive {disk.hive} by {_shown(disk.member)}'s list, "
-        f"{known} are here"
+        f"{sum(each in found for each in listed)} are here."
     )
-    if is_majority(found, listed):
-        return f"{begin}. That is a majority: start them, and the hive goes on as it is."
-    return f"{begin}. The hive decides nothing before {majority_of(listed)} of them run."
+    if _is_majority(disk, here):
+        text += " That is a majority: start them, and the hive goes on as it is."
+    return text
+
+
+def _is_majority(disk: HardState, here: list[HardState]) -> bool:
+    return is_majority((each.member for each in here), disk.log.latest.members)
 
 
 def _row(disk: HardState) -> tuple[str, ...]:
@@ -206,7 +215,8 @@ def _open(disk: HardState) -> int:
 
 
 def _counted(disk: HardState) -> str:
-    return f"{len(disk.log.latest.records)} tasks, {_open(disk)} of them open"
+    count = len(disk.log.latest.records)
+    return f"{count} {'task' if count == 1 else 'tasks'}, {_open(disk)} of them open"
 
 
 def _shown(member_id: str) -> str:
