@@ -50,7 +50,7 @@ class Ending:
             for name, record in {**hive.forgotten, **hive.truth}.items()
             if record.state.is_terminal
         }
-        return {**ended, **self._hives[self._greatest()].truth}
+        return {**ended, **self._hives[self.greatest()].truth}
 
     def is_over(self) -> bool:
         """Return whether one hive has a leader, and every task has ended or is left behind.
@@ -92,7 +92,8 @@ class Ending:
             if each.drive is not None and not each.gone
         )
 
-    def _greatest(self) -> str:
+    def greatest(self) -> str:
+        """Return the id of the hive that most members belong to."""
         known = [each.disk.hard_state for each in self._members.values() if not each.gone]
         hives = Counter(
             hard_state.hive for hard_state in known if hard_state is not None and hard_state.hive
@@ -126,7 +127,7 @@ class Ending:
             for name, member in self._members.items()
             if member.host.up and member.disk.hard_state and not member.gone
             for report in member.disk.reports
-            if member.disk.hard_state.hive == self._greatest()
+            if member.disk.hard_state.hive == self.greatest()
         ]
 
     def left_behind(self) -> set[str]:
@@ -138,7 +139,7 @@ class Ending:
         return {
             task_id
             for hive in self._running_hives()
-            if hive != self._greatest() and self._is_reported(hive)
+            if hive != self.greatest() and self._is_reported(hive)
             for task_id in self._hives[hive].truth
             if task_id not in known
         }
@@ -156,7 +157,7 @@ class Ending:
         Other hives may be left whose members wait for a person.
         """
         return not any(
-            hive != self._greatest() and (members <= 1 or leader)
+            hive != self.greatest() and (members <= 1 or leader)
             for hive, (members, leader) in self._running_hives().items()
         )
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
-_REPEAT = 1.5  # the operator's program posts a task again after this time without an answer [s]
+REPEAT = 1.5  # the operator's program posts a task again after this time without an answer [s]
 
 
 class Harness:
@@ -62,7 +62,7 @@ class Harness:
         """Post a task, again and again until the blackboard answers."""
         if task.id not in self.answered:
             self.network.send(self.operator, NEW_TASK, task)
-            self.network.schedule(_REPEAT, None, self.post, task)
+            self.network.schedule(REPEAT, None, self.post, task)
 
     def post_anew(self, task: Task) -> None:
         """Post a task under the id of an earlier one, once that was answered.
@@ -73,7 +73,7 @@ class Harness:
             self.answered.discard(task.id)
             self.post(task)
         else:
-            self.network.schedule(_REPEAT, None, self.post_anew, task)
+            self.network.schedule(REPEAT, None, self.post_anew, task)
 
     def _hear(self, update: TaskUpdate) -> None:
         """Take any answer of the blackboard."""

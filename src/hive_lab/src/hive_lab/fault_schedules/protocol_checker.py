@@ -174,6 +174,11 @@ class ProtocolChecker:
         """Record the disk of a member that starts anew to join another hive."""
         self._lost_disks.append(hard_state)
 
+    def has_listed(self, task: str) -> bool:
+        """Return whether the hive that most members belong to has had a task on its list."""
+        hive = self._hives[self.ending.greatest()]
+        return task in hive.truth or task in hive.forgotten
+
     def recovered(self, before: HardState, after: HardState) -> Sequence[str]:
         """Follow the hive as which a person recovers one whose majority is gone.
 

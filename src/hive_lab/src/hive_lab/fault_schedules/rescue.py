@@ -12,11 +12,14 @@ from typing import TYPE_CHECKING
 
 from blackboard.consensus.member import Role, is_majority
 from blackboard.consensus.recovery import newest, recovered
+from blackboard.domain.talker import NEW_TASK
+from hive_lab.fault_schedules.harness import REPEAT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from blackboard.consensus.journal import HardState
+    from blackboard.domain.task import Task
     from hive_lab.fault_schedules.harness import Harness
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
@@ -29,12 +32,12 @@ class Rescuer:
 
     Args:
         harness: The hive, and everything that watches it.
-        post: Posts tasks again, given by their ids.
+        tasks: What operators have posted, by id.
     """
 
-    def __init__(self, harness: Harness, post: Callable[[Sequence[str]], None]) -> None:
+    def __init__(self, harness: Harness, tasks: Mapping[str, Task]) -> None:
         self._harness = harness
-        self._post = post
+        self._tasks = tasks
 
     def watch(self, _: object = None) -> None:
         """Recover the hive if it cannot go on, and look again later."""
@@ -63,7 +66,16 @@ class Rescuer:
         member.disk.hard_state = after
         missing = harness.checker.recovered(state, after)
         harness.injector.faults["tasks posted again after a recovery"] += len(missing)
-        self._post(missing)
+        for task_id in missing:
+            if task_id in self._tasks:  # and no part of one
+                self._post(task_id)
+
+    def _post(self, task_id: str) -> None:
+        """Post a task again until it is on the list: reports of robots are no answer to that."""
+        harness = self._harness
+        if not harness.checker.has_listed(task_id):
+            harness.network.send(harness.operator, NEW_TASK, self._tasks[task_id])
+            harness.network.schedule(REPEAT, None, self._post, task_id)
 
 
 def hopeless(members: Mapping[str, SimulatedMember]) -> HardState | None:

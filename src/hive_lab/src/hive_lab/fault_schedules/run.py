@@ -36,7 +36,7 @@ from hive_lab.fault_schedules.schedule import (
 from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from hive_lab.fault_schedules.schedule import FaultSchedule
 
@@ -95,8 +95,7 @@ class Run(Harness):
         members = {name: self._member(name) for name in schedule.members}
         tasks = [each.task for each in schedule.happenings if isinstance(each, Post)]
         self.connect(members, tasks)
-        self._tasks = {task.id: task for task in tasks}
-        self._rescuer = Rescuer(self, self._post_again)
+        self._rescuer = Rescuer(self, {task.id: task for task in tasks})
 
     def _member(self, name: str) -> SimulatedMember:
         random = self.random
@@ -147,13 +146,6 @@ class Run(Harness):
         for name in self.members:
             self.network.send(self.operator, f"{name}/set_state", "idle")
         self.network.schedule(_ROUNDS, None, self._set_all_idle, None)
-
-    def _post_again(self, task_ids: Sequence[str]) -> None:
-        """Post tasks again, as a person does who misses them; of parts it posts nothing."""
-        self.answered -= set(task_ids)
-        for task_id in task_ids:
-            if task_id in self._tasks:
-                self.post(self._tasks[task_id])
 
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):
