@@ -51,6 +51,18 @@ class Launches:
                 process.wait()
 
 
+def run_hive(*words):
+    """Run `hive` with words; return the finished process. Nobody is there to answer a question."""
+    return subprocess.run(
+        ["rosrun", "fleet_manager", "hive", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
+        stdin=subprocess.DEVNULL,
+    )
+
+
 def pid_of(node):
     """Return the process id of a node."""
     uri = rosgraph.Master("/operator").lookupNode(node)

@@ -3,7 +3,6 @@
 
 import contextlib
 import json
-import subprocess
 from dataclasses import replace
 
 import pytest
@@ -11,12 +10,11 @@ import rosgraph
 import rospy
 from blackboard.msg import TaskMsg, TaskState
 from hive_operator import Operator, slow_motion, task
-from launching import kill, pid_of, wait_until_empty
+from launching import kill, pid_of, run_hive, wait_until_empty
 from robot_description.msg import MapInUse, TrafficState
 
 from hive_common.map_file import load_map, save_map
 from hive_common.map_id import checksum_of
-from hive_lab.runner.limits import PATIENCE
 
 ROBOTS = ("robot1", "robot2")
 WEST, EAST = (6.5, 3.2, 0.0), (13.5, 3.2, 0.0)
@@ -25,17 +23,6 @@ DOOR = (9.6, 2.4, 10.4, 4.0)
 """The lower door: x and y of the lower left and the upper right corner [m]."""
 LOAD = 58.0
 """What robot1 can carry and robot2 too [kg]."""
-
-
-def hive(*words):
-    """Run `hive` with words; return the finished process."""
-    return subprocess.run(
-        ["rosrun", "fleet_manager", "hive", *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=PATIENCE,
-    )
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +65,7 @@ def was_in_door(operator, robot, since):
 
 def checksums():
     """Return the checksum of the map that the leader uses, and of that of each robot."""
-    shown = hive("map", "show", "--json")
+    shown = run_hive("map", "show", "--json")
     assert shown.returncode == 0, shown.stderr
     used = json.loads(shown.stdout)
     return [used["leader"]["checksum"], *(used["robots"][name]["checksum"] for name in ROBOTS)]
@@ -93,14 +80,14 @@ def is_another_than(process):
 
 def test_at_first_all_use_the_map_of_the_launch(operator):  # noqa: ARG001
     assert checksums() == [checksum_of(load_map("lab"))] * 3
-    assert "uses map 'lab' (" in hive("map", "show").stdout
+    assert "uses map 'lab' (" in run_hive("map", "show").stdout
 
 
 def test_robots_under_way_plan_anew_on_the_new_map_and_do_their_tasks(operator, shut_door):
     with slow_motion():
         operator.post(task("A1", TaskMsg.GAB, WEST, EAST, payload=LOAD))
         operator.until("A1", TaskState.STARTED)
-        loaded = hive("map", "load", str(shut_door), "--yes")
+        loaded = run_hive("map", "load", str(shut_door), "--yes")
     began, robot = rospy.get_time(), operator.until("A1", TaskState.STARTED).robot_id
     ended = operator.follow("A1")
 
@@ -136,7 +123,7 @@ def test_a_place_that_is_a_wall_on_the_new_map_is_refused(operator):
 def test_a_map_that_cannot_be_read_is_refused_and_everybody_keeps_theirs(operator, tmp_path):  # noqa: ARG001
     before = checksums()
     (tmp_path / "odd.yaml").write_text("image: none.pgm\nresolution: 0.05\n")
-    by_command = hive("map", "load", str(tmp_path / "odd.yaml"), "--yes")
+    by_command = run_hive("map", "load", str(tmp_path / "odd.yaml"), "--yes")
 
     assert by_command.returncode == 2
     assert by_command.stderr.count("\n") == 1
@@ -152,7 +139,7 @@ def test_a_robot_of_which_a_part_uses_another_map_is_named_and_gets_no_tasks(ope
         "a status of robot2 that tells of the other map",
         lambda: operator.robots["robot2"],
     )
-    shown = hive("map", "show").stdout
+    shown = run_hive("map", "show").stdout
     operator.post(task("C1", TaskMsg.GA, (3.0, 4.0, 0.0)))
     done = operator.follow("C1")
     refusal = operator.bids["C1"]["robot2"][-1].reason
@@ -170,7 +157,7 @@ def test_a_robot_of_which_a_part_uses_another_map_is_named_and_gets_no_tasks(ope
 
 
 def test_the_first_map_is_loaded_again_by_its_name_and_the_door_is_open(operator):
-    loaded = hive("map", "load", "lab")
+    loaded = run_hive("map", "load", "lab")
     began = rospy.get_time()
     operator.post(task("D1", TaskMsg.GAB, EAST, WEST, payload=LOAD))
     done = operator.follow("D1")

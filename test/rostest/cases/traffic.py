@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A traffic planner guides robots; it is killed, the leader is killed, a zone closes and opens."""
 
-import subprocess
 import threading
 import time
 
@@ -9,7 +8,7 @@ import pytest
 import rospy
 from blackboard.msg import TaskMsg, TaskState
 from hive_operator import ROBOTS, Operator, slow_motion, task
-from launching import kill, pid_of
+from launching import kill, pid_of, run_hive
 from robot_description.msg import Routes, Traffic, TrafficState
 
 from hive_lab.runner.limits import PATIENCE
@@ -90,11 +89,9 @@ def hive(*words):
 
     It is run again while it says that no planner answers: one that is slow may come to it later.
     """
-    command, end = ["rosrun", "fleet_manager", "hive", *words], time.monotonic() + PATIENCE
+    end = time.monotonic() + PATIENCE
     while True:
-        done = subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=PATIENCE
-        )
+        done = run_hive(*words)
         if "no traffic planner" not in done.stderr or time.monotonic() > end:
             return done
 

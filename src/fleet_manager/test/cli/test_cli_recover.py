@@ -106,14 +106,14 @@ def test_without_an_option_it_lists_the_disks_and_how_many_are_missing(hive):
 
     assert (code, err) == (0, "")
     listed = "blackboard, robot1, robot2, robot3, robot4"
+    begin = "Journals here: 2 of the 5 on robot2's list of hive 3fa9."
     remedy = "hive recover --force-members MEMBER,..."
     assert out.splitlines() == [
         "MEMBER  HIVE  EPOCH  CHANGE  TASKS  OPEN  MEMBERS ON ITS LIST",
         f"robot1  3fa9  4      21      2      1     {listed}",
         f"robot2  3fa9  4      22      2      1     {listed}",
         "",
-        "Of the 5 members of hive 3fa9 by robot2's list, 2 are here.",
-        f"The hive decides nothing before 3 of them run; if so many never will: {remedy}",
+        f"{begin} The hive decides nothing before 3 of them run; if so many never will: {remedy}",
     ]
 
 
@@ -123,7 +123,32 @@ def test_where_a_majority_is_left_it_says_so(hive, folder):
 
     _, out, _ = hive("recover")
 
-    assert "3 are here. That is a majority: start them, and the hive goes on as it is." in out
+    assert "Journals here: 3 of the 5 on robot2's list of hive 3fa9. That is a majority:" in out
+
+
+def test_a_hive_of_which_a_majority_is_here_is_recovered_only_by_a_person_who_insists(
+    hive, folder, left
+):
+    write(folder, MEMBERS[0], 0)
+
+    code, _, err = hive("recover", "--force-members", "robot2")
+    kept = read(left[1]).hive
+    insisted, _, _ = hive("recover", "--force-members", "robot2", "--yes")
+
+    assert (code, kept) == (2, "3fa9")
+    assert "3 of the 5 on robot2's list of hive 3fa9. That is a majority: start them" in err
+    assert insisted == 0
+    assert read(left[1]).hive.startswith("3fa9.")
+
+
+def test_what_was_recovered_is_described_and_no_more_what_it_was_before(hive, left):
+    hive("recover", "--force-members", "robot2")
+
+    _, out, _ = hive("recover")
+
+    told = [line for line in out.splitlines() if line.startswith("Journals here")]
+    assert len(told) == 1
+    assert f"1 of the 1 on robot2's list of hive {read(left[1]).hive}. That is a maj" in told[0]
 
 
 @pytest.mark.parametrize("names", ["robot1,robot2", " /robot2/robot , robot1", "robot2/robot"])
@@ -140,13 +165,15 @@ def test_the_newest_of_the_members_that_are_left_goes_on_alone(hive, left, names
     assert read(left[0]).log.latest.members == MEMBERS
 
 
-def test_recovering_once_more_recovers_what_was_recovered(hive, left):
+def test_what_is_recovered_is_not_recovered_once_more_by_accident(hive, left):
     hive("recover", "--force-members", "robot1,robot2")
     first = read(left[1]).hive
 
     code, _, _ = hive("recover", "--force-members", "robot1,robot2")
+    kept = read(left[1]).hive
+    hive("recover", "--force-members", "robot1,robot2", "--yes")
 
-    assert code == 0
+    assert (code, kept) == (2, first)
     assert read(left[1]).hive.startswith(f"{first}.")
     assert read(left[0]).hive == "3fa9"
 

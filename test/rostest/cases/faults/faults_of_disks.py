@@ -9,11 +9,11 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 from held_clock import PATIENT
+from launching import run_hive
 
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.runner.limits import PATIENCE
 
 BAD_INPUT = 2
 """The exit code of a command whose arguments or files cannot be used."""
@@ -148,18 +148,6 @@ def test_a_journal_that_is_torn_is_set_aside_and_said(hive, operator):
     assert node not in hive.ended()
 
 
-def run_hive(*words):
-    """Run `hive` with words; return the finished process."""
-    return subprocess.run(
-        ["rosrun", "fleet_manager", "hive", *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=PATIENCE,
-        stdin=subprocess.DEVNULL,
-    )
-
-
 def lose_disk_of(hive, *nodes):
     for node in nodes:
         for file in hive.journals.glob(f"{hive.journal_of(node).name}*"):
@@ -184,8 +172,8 @@ def test_a_blackboard_node_without_its_disk_bootstraps_no_hive_beside_disks_of_r
     operator.forget_answers()
     hive.start(hive.blackboard)
     operator.demand(
-        lambda: "does not bootstrap a hive: its journal is new" in hive.log_of(hive.blackboard),
-        "the blackboard node says why it waits",
+        lambda: "heard no leader for 10 s; its journal is new" in hive.log_of(hive.blackboard),
+        "the blackboard node still waits after 10 s, and says why",
     )
     hive.restart_ended()
     operator.wait_until_whole()

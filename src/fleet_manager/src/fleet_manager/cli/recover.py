@@ -18,6 +18,7 @@ from fleet_manager.client.tables import aligned
 from fleet_manager.errors import InputError, NotDoneError
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from pathlib import Path
 
     from blackboard.consensus.journal import HardState
@@ -89,17 +90,12 @@ def _drop(journals: list[Path], task: str, where: Path) -> None:
 def _show(journals: list[Path], where: Path) -> None:
     disks = _read(journals, where)
     click.echo("\n".join(aligned(_HEAD, [_row(disk) for disk in disks.values()])))
-    of_a_hive = [disk for disk in disks.values() if disk.hive]
-    if not of_a_hive:
-        return
-    disk = newest(of_a_hive)
-    click.echo(f"\n{_described(disk, of_a_hive)}")
-    if not _is_majority(disk, of_a_hive):
-        enough = majority_of(disk.log.latest.members)
-        click.echo(
-            f"The hive decides nothing before {enough} of them run; if so many never will: hive "
-            "recover --force-members MEMBER,..."
-        )
+    click.echo()
+    hives = {disk.hive for disk in disks.values() if disk.hive}
+    for hive in sorted(hives):
+        if not any(succeeds(other, hive) for other in hives):
+            disk = newest(disk for disk in disks.values() if disk.hive == hive)
+            click.echo(_described(disk, disks.values()))
 
 
 def _force(journals: list[Path], left: str, where: Path, *, yes: bool) -> None:
@@ -107,8 +103,12 @@ def _force(journals: list[Path], left: str, where: Path, *, yes: bool) -> None:
     named = [_named(word.strip(), disks, where) for word in left.split(",")]
     path, disk = _newest(named)
     others = ", ".join(_shown(each) for each in disk.log.latest.members if each != disk.member)
+    if _is_majority(disk, disks.values()) and not yes:
+        raise InputError(
+            f"{_described(disk, disks.values())} To recover it all the same, because so many "
+            "cannot run, add --yes"
+        )
     told = [
-        _described(disk, [each for _, each in named]),
         (
             f"{_shown(disk.member)} goes on alone with its own list: {_counted(disk)}. What only "
             "the others knew is lost, and has to be posted again."
@@ -180,19 +180,22 @@ def _newest(named: list[tuple[Path, HardState]]) -> tuple[Path, HardState]:
     return next(each for each in named if each[1] is best)
 
 
-def _described(disk: HardState, here: list[HardState]) -> str:
-    """Return how many of a hive's members have their journals here."""
+def _described(disk: HardState, here: Collection[HardState]) -> str:
+    """Return how many of a hive's members have their journals here, and what that means."""
     listed, found = disk.log.latest.members, {each.member for each in here}
-    text = (
-        f"Of the {len(listed)} members of hive {disk.hive} by {_shown(disk.member)}'s list, "
-        f"{sum(each in found for each in listed)} are here."
+    begin = (
+        f"Journals here: {sum(each in found for each in listed)} of the {len(listed)} on "
+        f"{_shown(disk.member)}'s list of hive {disk.hive}."
     )
     if _is_majority(disk, here):
-        text += " That is a majority: start them, and the hive goes on as it is."
-    return text
+        return f"{begin} That is a majority: start them, and the hive goes on as it is."
+    return (
+        f"{begin} The hive decides nothing before {majority_of(listed)} of them run; if so many "
+        "never will: hive recover --force-members MEMBER,..."
+    )
 
 
-def _is_majority(disk: HardState, here: list[HardState]) -> bool:
+def _is_majority(disk: HardState, here: Collection[HardState]) -> bool:
     return is_majority((each.member for each in here), disk.log.latest.members)
 
 

@@ -304,7 +304,7 @@ def _strong_robot(random: Random) -> Setting:
 
 
 def _no_majority(random: Random) -> Setting:
-    """Lose half of the members or more for good, with their disks, while others lag behind."""
+    """Lose a third of the members or more for good, with their disks, while others lag behind."""
     robots = random.randint(2, 4)
     members = _members(robots)
     at = SETTLE + random.uniform(1.0, 0.6 * FAULT_PERIOD)
