@@ -18,7 +18,7 @@ from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.features.exercised import FEATURES, UNDONE
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run
-from hive_lab.fault_schedules.scenarios import STRONG_ROBOT
+from hive_lab.fault_schedules.scenarios import ONE_CHARGER, STRONG_ROBOT
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     BadLinks,
@@ -143,6 +143,14 @@ def test_splits_that_are_undone_break_no_property():
 
     assert not broken, broken[0].in_full()
     assert sum(bool(outcome.exercised[UNDONE]) for outcome in outcomes) > len(outcomes) / 3
+
+
+def test_robots_that_share_a_charger_break_no_property():
+    outcomes = [run(draw(seed, ONE_CHARGER)) for seed in (*range(24), 796)]
+    broken = [outcome for outcome in outcomes if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+    assert all(outcome.exercised["charging"] for outcome in outcomes)
 
 
 def test_machines_that_sleep_break_no_property():

@@ -252,7 +252,7 @@ CAUGHT_BY = {
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
     obey_an_active_one_of_any_epoch: (158, LATE),
-    ignore_epochs: (131, LATE),
+    ignore_epochs: (60, LATE),
     lead_on_although_an_answer_names_a_higher_epoch: "an epoch ahead",
     count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),

@@ -10,6 +10,7 @@ import pytest
 
 from blackboard.consensus.journal import HardState, SqliteJournal, drop_task, owner_of
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
+from blackboard.domain.charger import Grant
 from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import JournalError
@@ -83,21 +84,41 @@ def test_forgotten_tasks_stay_forgotten_folded_or_not(path, kept):
     assert known.log.latest.earlier == ONE.assignment == 2
 
 
-def test_a_journal_of_a_version_without_forgetting_is_read(path):
+@pytest.mark.parametrize("kept", [1, 100])
+def test_the_next_process_reads_who_has_a_charger_folded_or_not(path, kept):
+    journal = SqliteJournal(path)
+    log = EMPTY.log
+    given = (Grant("east", "robot1", 2), Grant("west", "robot2", 3, there=True))
+    for grant in (*given, Grant("east", "", 4), Grant("east", "robot3", 5)):
+        log = log.append(Entry(3, log.position.version + 1, grants=(grant,)))
+        log = log.commit(log.position.version, kept)
+        journal.save(replace(EMPTY, log=log))
+
+    known = again(journal, path).load()
+
+    assert known == replace(EMPTY, log=log)
+    assert dict(known.log.latest.grants) == {
+        "east": Grant("east", "robot3", 5),
+        "west": Grant("west", "robot2", 3, there=True),
+    }
+
+
+def test_a_journal_of_a_version_without_forgetting_and_grants_is_read(path):
     journal = SqliteJournal(path)
     journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (replace(TWO, assignment=1),)))))
     journal.close()
     with closing(sqlite3.connect(path)) as database, database:
         ((text,),) = database.execute("SELECT entry FROM entries").fetchall()
         entry = json.loads(text)
-        del entry["forgotten"], entry["records"][0]["earlier"]
+        del entry["forgotten"], entry["records"][0]["earlier"], entry["grants"]
         database.execute("UPDATE entries SET entry = ?", (json.dumps(entry),))
-        database.execute("DELETE FROM self WHERE key = 'earlier'")
+        database.execute("DELETE FROM self WHERE key IN ('earlier', 'grants')")
 
     latest = SqliteJournal(path).load().log.latest
 
     assert latest.records["T2"] == replace(TWO, assignment=1)
     assert latest.earlier == 0
+    assert dict(latest.grants) == {}
 
 
 @pytest.mark.parametrize("no_split", [True, False])

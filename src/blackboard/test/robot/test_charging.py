@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Robots that go to chargers by themselves, and never two of them to the same one."""
 
-import random
 from dataclasses import replace
 from itertools import combinations
 
@@ -13,11 +12,10 @@ from blackboard.domain.settings import BlackboardSettings, ChargingSettings
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SettingsError
-from blackboard.robot.charger_claims import Claim, Claims
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import CommandResult, CommandState
-from hive_common.last_heard import FORGOTTEN_AFTER
 from hive_common.pose import Pose
+from hive_lab.virtual.harness import RobotHarness
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 
 A, B = Pose(10.0, 0.0), Pose(20.0, 0.0)
@@ -29,7 +27,6 @@ CARRY = Task("T2", TaskType.GPAB, (A, B), payload=5.0)
 FAR = Task("T3", TaskType.GA, (Pose(200.0, 0.0),))
 HERE = Pose(0.0, 0.0)
 HOUR = 3600.0
-SILENCE = 5.0
 LEVELS = ("critical", "low", "enough", "full")
 
 
@@ -208,7 +205,7 @@ def test_a_robot_that_works_on_in_silence_keeps_its_charger_as_long_as_its_lease
 
     assert hive.commands["robot1"].running
 
-    hive.network.run(12.0)
+    hive.network.run(15.0)
 
     # The lease of robot1 has ended: it has halted, and only then has robot2 gone.
     assert on_the_way == {frozenset(), frozenset({"robot1"}), frozenset({"robot2"})}
@@ -223,68 +220,35 @@ def test_a_robot_that_starts_again_at_a_charger_goes_on_charging():
     assert "charges at charger 1" in status(hive).reason
 
 
-class Lossy:
-    """Some robots that claim one charger at random times, on links that lose and delay."""
-
-    def __init__(self, seed, loss):
-        self.dice = random.Random(seed)
-        self.loss = loss
-        self.now = 100.0
-        names = ("robot1", "robot2", "robot3")
-        self.claims = {name: Claims(name, {"charger 1": EAST}, 100.0) for name in names}
-        self.under_way = []
-        self.last = {}
-
-    def tick(self):
-        self.now += 0.25
-        for sender, claims in self.claims.items():
-            said = claims.say(HERE)
-            for name in self.claims:
-                if name != sender and self.dice.random() >= self.loss:
-                    when = self.now + self.dice.uniform(0.0, 1.0)
-                    # A connection loses and delays, but keeps the order.
-                    when = self.last[sender, name] = max(when, self.last.get((sender, name), 0.0))
-                    self.under_way.append((when, name, said))
-        late = [each for each in self.under_way if each[0] > self.now]
-        due = [each for each in self.under_way if each[0] <= self.now]
-        self.under_way = late
-        for _, name, said in sorted(due, key=lambda each: each[0]):
-            self.claims[name].hear(said, self.now)
-        for claims in self.claims.values():
-            self.act(claims)
-
-    def act(self, claims):
-        if claims.holds and self.dice.random() < 0.1:
-            claims.release()
-        elif not claims.charger and claims.free(self.now, SILENCE) and self.dice.random() < 0.3:
-            claims.claim("charger 1", self.now)
-        claims.settle(self.now, SILENCE)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_two_robots_never_hold_one_charger_whatever_is_lost_or_late(seed):
-    robots = Lossy(seed, loss=0.4)
-    held = 0
-    for _ in range(1000):
-        robots.tick()
-        holders = [claims for claims in robots.claims.values() if claims.holds]
-        held += bool(holders)
-
-        assert len(holders) <= 1
-
-    assert held > 50
-
-
 def test_a_robot_that_fell_silent_on_its_way_keeps_no_charger_but_one_at_it_does():
-    claims = Claims("robot1", {"charger 1": EAST}, 0.0)
-    claims.hear(Claim("robot2", "charger 1", 1.0, HERE), 10.0)
+    hive = Hive()
+    for name in ("robot1", "robot2"):
+        hive.add_robot(name, HERE, charge=0.25, charging=ONE)
+    hive.commands["robot1"].duration = lambda _: 60.0
+    hive.network.run_until(lambda: hive.commands["robot1"].running, limit=10.0)
+    hive.talkers["robot1"].connected = False
+    hive.network.run(20.0)
 
-    assert claims.free(10.1, SILENCE) == ()
-    assert claims.free(10.0 + SILENCE, SILENCE) == ("charger 1",)
+    assert "charges at charger 1" in status(hive, "robot2").reason
 
-    claims.hear(Claim("robot2", "charger 1", 1.0, EAST), 20.0)
+    hive.talkers["robot2"].connected = False
+    hive.add_robot("robot3", HERE, charge=0.25, charging=ONE)
+    hive.network.run(60.0)
 
-    assert claims.free(60.0, SILENCE) == ()
+    assert goals(hive, "robot3") == []
+
+
+def test_a_robot_that_strands_on_its_way_or_before_leaves_the_charger_to_others():
+    hive = Hive()
+    for name in ("robot1", "robot2"):
+        hive.add_robot(name, HERE, charge=0.25, charging=ONE)
+    hive.network.run_until(lambda: hive.commands["robot1"].running, limit=10.0)
+    hive.robots["robot1"].add_travel(1_000_000.0)
+    hive.network.run(15.0)
+
+    assert "stranded" in status(hive).reason
+    assert status(hive).charger == ""
+    assert "charges at charger 1" in status(hive, "robot2").reason
 
 
 @pytest.mark.parametrize(("lower", "upper"), list(combinations(LEVELS, 2)))
@@ -294,16 +258,6 @@ def test_thresholds_out_of_order_are_refused(lower, upper):
 
     with pytest.raises(SettingsError, match="each above the one before"):
         evolve(defaults, **swapped)
-
-
-def test_a_robot_that_has_left_is_not_conceded_to_any_more_but_one_at_a_charger_is_in_the_way():
-    claims = Claims("robot1", {"charger 1": EAST}, 0.0)
-    claims.hear(Claim("there", "charger 1", 1.0, EAST), 0.0)
-    claims.hear(Claim("left", "", 2.0, HERE), 1.0)
-    claims.hear(Claim("robot2", "", 3.0, HERE), FORGOTTEN_AFTER + 1.0)
-
-    assert claims.say(HERE).conceded == (("there", 1.0), ("robot2", 3.0))
-    assert claims.free(FORGOTTEN_AFTER + 1.0, SILENCE) == ()
 
 
 def test_an_operator_sends_a_robot_to_charge_that_needs_it_not():
@@ -427,3 +381,72 @@ def test_an_operator_calls_a_robot_back_that_was_sent_to_charge():
     assert goals(hive) == [EAST]
     assert status(hive).state is RobotState.IDLE
     assert status(hive).pose == HERE
+
+
+def test_a_robot_that_stops_on_its_way_waits_until_its_list_shows_that_it_has_let_go():
+    plan = ChargingPlan({"east": EAST})
+    harness = RobotHarness(charge=0.25, charging=plan)
+    harness.give_chargers(2, east="robot1")
+    harness.wait(0.5)
+    harness.set_state("idle")  # It stops on its way, gives the charger up, and needs it anew.
+    harness.wait(5.0)
+    while_its_list_is_old = (harness.status.charger, harness.status.grant)
+    harness.give_chargers(3, east="")
+    harness.wait(1.0)
+    asked = harness.status.charger
+    before = [step.goal for step in harness.command.started]
+    harness.give_chargers(4, east="robot1")
+    harness.wait(0.1)
+
+    assert while_its_list_is_old == ("", 2)
+    assert (asked, before) == ("east", [EAST])
+    assert [step.goal for step in harness.command.started] == [EAST, EAST]
+
+
+@pytest.mark.parametrize(
+    ("stops_at", "keeps"), [(Pose(4.0, 5.0), "east"), (Pose(2.0, 3.0), "")], ids=["there", "away"]
+)
+def test_a_robot_that_stops_on_its_way_keeps_the_charger_until_it_knows_where_it_stands(
+    stops_at, keeps
+):
+    harness = RobotHarness(charge=0.25, charging=ChargingPlan({"east": EAST}))
+    harness.give_chargers(2, east="robot1")
+    harness.wait(0.5)
+    harness.set_state("idle")
+    as_it_brakes = harness.status.charger
+    harness.robot.set_pose(stops_at)  # It braked, and its position came late.
+    harness.wait(2.0)
+
+    assert as_it_brakes == "east"
+    assert (harness.status.charger, harness.status.at_charger) == (keeps, bool(keeps))
+
+
+def test_a_robot_that_stands_at_a_charger_of_another_asks_for_a_free_one():
+    harness = RobotHarness(charge=0.25, charging=ChargingPlan({"here": HERE, "west": WEST}))
+    before = harness.status
+    harness.give_chargers(2, here="robot2")
+    harness.wait(1.0)
+
+    assert (before.charger, before.at_charger) == ("here", True)
+    assert (harness.status.charger, harness.status.at_charger) == ("west", False)
+
+
+def test_a_robot_that_waits_for_a_charger_says_who_has_it():
+    harness = RobotHarness(charge=0.1, charging=ChargingPlan({"dock": EAST}))
+    harness.give_chargers(2, dock="robot2")
+    harness.wait(1.0)
+
+    assert harness.status.reason.endswith("waits for a charger: robot2 has dock")
+
+
+def test_the_charger_of_a_robot_that_died_there_is_free_when_the_hive_has_forgotten_the_robot():
+    hive = Hive()
+    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE)
+    hive.network.run(20.0)
+    hive.kill("robot1")
+    hive.add_robot("robot2", HERE, charge=0.25, charging=ONE)
+    hive.network.run(600.0)
+    at_first = goals(hive, "robot2")
+    hive.network.run(HOUR)
+
+    assert (at_first, goals(hive, "robot2")) == ([], [EAST])

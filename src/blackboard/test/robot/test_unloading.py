@@ -241,7 +241,9 @@ def test_a_robot_that_charged_on_its_own_goes_back_to_a_charger_when_its_load_is
     harness.order(CARRY, step=1)
     before = harness.status
     harness.set_state("put_down 3 4 0")
-    harness.wait(4 * STEP)
+    harness.wait(2 * STEP)
+    harness.give_chargers(2, **{"charger 1": "robot1"})
+    harness.wait(2 * STEP)
 
     assert (before.state, before.payload) == (RobotState.CHARGING, 5.0)
     assert before.reason == LEFT

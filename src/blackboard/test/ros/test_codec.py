@@ -4,6 +4,7 @@
 import inspect
 import io
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -19,9 +20,9 @@ from blackboard.domain import talker as topics
 from blackboard.domain.battery import BatteryModel
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.domain.charger import Grant
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.robot.charger_claims import Claim
 from blackboard.ros.codec import tables
 from blackboard.ros.codec.tables import WIRES
 from hive_common.map_id import MapId
@@ -54,8 +55,9 @@ BASIS = BidBasis(
     chargers=(HERE, THERE),
     pace=(2.0, 1.4, 0.6),
 )
-ENTRY = Entry(3, 9, (RECORD,), ("robot1#1", "robot2#1"), ("T7",))
-SNAPSHOT = Snapshot(Position(2, 8), {"T1": RECORD}, ("robot1#1",), 6)
+GRANT = Grant("dock", "robot1", 7, there=True)
+ENTRY = Entry(3, 9, (RECORD,), ("robot1#1", "robot2#1"), ("T7",), (GRANT,))
+SNAPSHOT = Snapshot(Position(2, 8), {"T1": RECORD}, ("robot1#1",), 6, {"dock": GRANT})
 
 FULL = {
     "POSE": HERE,
@@ -67,7 +69,8 @@ FULL = {
         put_off_for="T9",
         eta_margin=1.25,
     ),
-    "LIST": TaskList(2, 3, (RECORD,), "hive", earlier=4),
+    "GRANT": GRANT,
+    "LIST": TaskList(2, 3, (RECORD,), "hive", earlier=4, grants=(GRANT,)),
     "BROADCAST": Broadcast(
         *(2, 3, ((TASK, 1), (TASK, 2)), "hive", 4, {"robot1": "", "robot2": "T7"}),
         basis=True,
@@ -82,8 +85,10 @@ FULL = {
         hive="hive",
         carries=(20.0, 20.0, -1.0, 0.5),
         map=MapId("hall", "0a1b2c3d"),
+        charger="dock",
+        grant=7,
+        at_charger=True,
     ),
-    "CLAIM": Claim("robot1", "dock", 3.5, HERE, (("robot2", 1.5), ("robot3", 2.5))),
     "HEARTBEAT": Heartbeat(
         *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive"),
         offline=("robot4",),
@@ -103,8 +108,13 @@ RENAMED = {
     "BID": {"energy_cost": 0.5, "eta": 13.0},
     "BASIS": {"battery_capacity": 10.0, "tasks": ["T1", "T2"], "steps": b"\x01\x03"},
     "BROADCAST": {"robots": ["robot1", "robot2"], "given": ["", "T7"]},
-    "STATUS": {"queued": 2, "map_name": "hall", "map_checksum": "0a1b2c3d"},
-    "CLAIM": {"conceded": ["robot2", "robot3"], "conceded_since": (1.5, 2.5)},
+    "STATUS": {
+        "queued": 2,
+        "map_name": "hall",
+        "map_checksum": "0a1b2c3d",
+        "charger_grant": 7,
+    },
+    "GRANT": {"robot_id": "robot1"},
     "HEARTBEAT": {
         "active": "robot1",
         "robots": ["robot3"],
@@ -212,9 +222,9 @@ def test_the_tables_of_a_message_write_all_its_fields(message):
 
 def test_every_message_of_the_package_has_a_table():
     known = {getattr(tables, name).message for name in FULL}
-    mine = {each for name, each in vars(bb_msgs).items() if not name.startswith(("_", "Pick"))}
+    files = (Path(__file__).parents[2] / "msg").glob("*.msg")
 
-    assert {each for each in mine if isinstance(each, type)} - known == set()
+    assert {getattr(bb_msgs, file.stem) for file in files} - known == set()
 
 
 def test_every_topic_has_a_message():

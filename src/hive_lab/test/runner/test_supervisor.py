@@ -19,9 +19,10 @@ sys.stdout.flush()
 """
 WAITS = f"""
 import signal, sys
-signal.signal(signal.SIGINT, lambda *_: sys.exit(2))
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
 {LEAVES}
-signal.pause()
+signal.sigwait([signal.SIGINT])
+sys.exit(2)
 """
 IGNORES = f"""
 import signal

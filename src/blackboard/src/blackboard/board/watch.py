@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from blackboard.board.charger_grants import ChargerGrants
 from blackboard.board.deadlines import Deadlines
 from blackboard.board.recovery import after_loss
 from blackboard.consensus.lease import Leases
@@ -148,6 +149,7 @@ class Watch:
         self._orders = orders
         self._presence = presence
         self._settings = settings
+        self._chargers = ChargerGrants(node)
         self.begin()
 
     def begin(self) -> None:
@@ -169,6 +171,7 @@ class Watch:
         if in_accord and not self._has_to_hand_back(robot_id):
             self._leases.grant(robot_id, now)
             self._node.grant(robot_id, status.sent, self._settings.robot_lease)
+            self._chargers.hear(status)
         return self._presence.hear(status, now, is_lost=self._leases.is_lost(robot_id, now))
 
     def look(self) -> list[TaskRecord]:
@@ -183,6 +186,10 @@ class Watch:
             self._leases.forget(name)
             self._orders.forget_robot(name)
         self._recall(held, self._talker.world.now())
+        self._chargers.look(
+            is_lost=lambda name: self._leases.is_lost(name, now),
+            is_gone=lambda name: self._leases.unheard_for(name, now) >= FORGOTTEN_AFTER,
+        )
         looked = ((record, self._after_look(record, now)) for record in held)
         return [after for record, after in looked if after != record]
 

@@ -12,10 +12,11 @@ import json
 import sqlite3
 import time
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
+from blackboard.domain.charger import Grant
 from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState
 from blackboard.errors import JournalError
@@ -331,7 +332,10 @@ class SqliteJournal:
         rows = self._database.execute("SELECT entry FROM entries ORDER BY version")
         entries = tuple(_entry(json.loads(text), self._record) for (text,) in rows)
         earlier = values.get("earlier", 0)  # Journals of older versions lack it.
-        base = Snapshot(Position(*values["base"]), known, tuple(values["members"]), earlier)
+        given = (Grant(**each) for each in values.get("grants", ()))
+        grants = {each.charger: each for each in given}
+        position, members = Position(*values["base"]), tuple(values["members"])
+        base = Snapshot(position, known, members, earlier, grants)
         log = Log.of(base, entries, values["committed"])
         return HardState(values["member"], values["epoch"], values["vote"], log, values["hive"])
 
@@ -464,6 +468,7 @@ def _values_of(hard_state: HardState) -> dict[str, Any]:
         "base": list(log.base.position),
         "members": list(log.base.members),
         "earlier": log.base.earlier,
+        "grants": [asdict(each) for each in log.base.grants.values()],
         "committed": log.committed,
     }
 
@@ -509,7 +514,8 @@ def _entry(values: dict[str, Any], read: Callable[[dict[str, Any]], TaskRecord])
     records = tuple(map(read, values["records"]))
     members = None if values["members"] is None else tuple(values["members"])
     forgotten = tuple(values.get("forgotten", ()))  # Journals of older versions lack it.
-    return Entry(values["epoch"], values["version"], records, members, forgotten)
+    grants = tuple(Grant(**each) for each in values.get("grants", ()))
+    return Entry(values["epoch"], values["version"], records, members, forgotten, grants)
 
 
 def _report(values: dict[str, Any]) -> TaskUpdate:

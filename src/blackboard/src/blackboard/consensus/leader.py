@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.log import Position
     from blackboard.consensus.member import Member, Step
     from blackboard.consensus.messages import AppendReply, Message
+    from blackboard.domain.charger import Grant
     from blackboard.domain.record import TaskRecord
 
 LEARNER_INTERVAL = 5
@@ -77,13 +78,15 @@ def propose(
     records: tuple[TaskRecord, ...] = (),
     members: tuple[str, ...] | None = None,
     forgotten: tuple[str, ...] = (),
+    grants: tuple[Grant, ...] = (),
 ) -> Step:
     """Append an entry to the log and replicate it.
 
     While an entry is in flight, later ones wait; they go out together once it is committed.
     """
     log = member.log
-    entry = Entry(member.epoch, log.position.version + 1, records, members, forgotten)
+    version = log.position.version + 1
+    entry = Entry(member.epoch, version, records, members, forgotten, grants)
     is_alone = member.in_flight <= log.committed
     member = member.evolve(log=log.append(entry))
     if not is_alone:  # A shorter list of members may commit what is in flight.

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from blackboard.domain.charger import Grant
     from blackboard.domain.record import TaskRecord
 
 
@@ -34,6 +35,7 @@ class Entry:
     # The members from here on, in the order in which they joined; None if unchanged.
     members: tuple[str, ...] | None = None
     forgotten: tuple[str, ...] = ()  # ids of tasks that leave the list; all of them have ended
+    grants: tuple[Grant, ...] = ()  # of chargers, as far as they change
 
     @property
     def position(self) -> Position:
@@ -53,14 +55,20 @@ class Snapshot:
     # The highest assignment number of any task that was forgotten. New tasks count on from there,
     # so that no task id has the same number twice.
     earlier: int = 0
+    # Which robot has which charger, by the charger's name.
+    grants: Mapping[str, Grant] = field(default_factory=lambda: MappingProxyType({}))
 
     def after(self, entries: Iterable[Entry]) -> Snapshot:
         """Return the snapshot after the entries that follow it, without a gap."""
         position, members, earlier = self.position, self.members, self.earlier
+        grants = self.grants
         records: dict[str, TaskRecord] | None = None
         for entry in entries:
             position = entry.position
             members = members if entry.members is None else entry.members
+            if entry.grants:
+                given = {**grants, **{each.charger: each for each in entry.grants}}
+                grants = {name: each for name, each in given.items() if each.robot}
             if records is None and (entry.records or entry.forgotten):
                 records = dict(self.records)
             if records is None:
@@ -70,7 +78,8 @@ class Snapshot:
                     earlier = max(earlier, gone.assignment)
             for record in entry.records:
                 records[record.task.id] = record
-        return Snapshot(position, self.records if records is None else records, members, earlier)
+        listed = self.records if records is None else records
+        return Snapshot(position, listed, members, earlier, grants)
 
 
 @dataclass(frozen=True, slots=True)

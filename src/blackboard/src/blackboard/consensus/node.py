@@ -21,12 +21,13 @@ from blackboard.consensus.member import Role, has_lease, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat, Message
 from blackboard.consensus.step import Died, Propose, Tick
 from blackboard.consensus.task_list import Coalescer, committed_list
+from blackboard.domain.charger import Grant
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
 from blackboard.errors import JournalError
 from hive_common.map_id import NO_MAP, MapId
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping
     from random import Random
 
     from blackboard.consensus.journal import HardState, Journal
@@ -161,6 +162,11 @@ class RaftNode:
         """The highest assignment number of any task that was forgotten."""
         return self._member.log.latest.earlier
 
+    @property
+    def grants(self) -> Mapping[str, Grant]:
+        """Which robot has which charger, by the charger's name; also what is not committed yet."""
+        return self._member.log.latest.grants
+
     def get(self, task_id: str) -> TaskRecord | None:
         """Return the record of a task, or None if the task is unknown."""
         return self.records.get(task_id)
@@ -234,6 +240,22 @@ class RaftNode:
         if task_ids and self.may_act():
             self._write_held()
             self._step(Propose((), task_ids))
+
+    def give_chargers(self, grants: Mapping[str, str], there: Collection[str] = ()) -> None:
+        """Give chargers to robots, or to nobody.
+
+        Args:
+            grants: The robot by the charger's name; empty to take the charger from its robot.
+            there: The chargers at which their robots stand.
+        """
+        if grants and self.may_act():
+            self._write_held()
+            number = self._member.log.position.version + 1
+            given = (
+                Grant(charger, robot, number, charger in there)
+                for charger, robot in grants.items()
+            )
+            self._step(Propose((), grants=tuple(given)))
 
     def _write_held(self) -> None:
         if self._held:

@@ -25,6 +25,7 @@ from blackboard.consensus.messages import (
 if TYPE_CHECKING:
     from blackboard.consensus.member import Member, Step
     from blackboard.consensus.messages import Message
+    from blackboard.domain.charger import Grant
     from blackboard.domain.record import TaskRecord
 
 
@@ -49,6 +50,7 @@ class Propose:
 
     records: tuple[TaskRecord, ...]
     forgotten: tuple[str, ...] = ()
+    grants: tuple[Grant, ...] = ()
 
 
 Event = Tick | Died | Propose | Heartbeat | AppendEntries | AppendReply | Ballot
@@ -61,7 +63,8 @@ def step(member: Member, event: Event, now: float) -> Step:
             return leader.lead(member, now)
         return election.campaign_if_due(member, now, event.chance)
     if isinstance(event, Propose):
-        return leader.propose(member, now, event.records, forgotten=event.forgotten)
+        records, forgotten = event.records, event.forgotten
+        return leader.propose(member, now, records, forgotten=forgotten, grants=event.grants)
     if isinstance(event, Died):
         if member.role is not Role.LEADER and event == Died(member.leader, member.epoch):
             return election.campaign_if_due(member.evolve(died=now), now, member.jitter)

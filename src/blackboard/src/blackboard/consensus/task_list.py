@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from blackboard.consensus.member import Member
+    from blackboard.domain.charger import Grant
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.talker import Talker, Timer
 
@@ -25,6 +26,7 @@ class TaskList:
     records: tuple[TaskRecord, ...] = ()
     hive: str = ""  # id of the hive
     earlier: int = 0  # the highest assignment number of any task that was forgotten
+    grants: tuple[Grant, ...] = ()  # which robot has which charger
 
     @cached_property
     def by_id(self) -> Mapping[str, TaskRecord]:
@@ -42,7 +44,8 @@ def committed_list(member: Member) -> TaskList:
     log = member.log
     known = log.stable
     records = tuple(known.records.values())
-    return TaskList(member.epoch, log.committed, records, member.hive, known.earlier)
+    grants = tuple(known.grants.values())
+    return TaskList(member.epoch, log.committed, records, member.hive, known.earlier, grants)
 
 
 class Coalescer:

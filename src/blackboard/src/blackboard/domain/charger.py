@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where robots charge."""
+"""Where robots charge, and which robot has which charger."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 import attrs
@@ -15,3 +16,14 @@ class Charger:
 
     name: Name
     pose: Annotated[Pose, Allowed("[x, y, yaw] in the map frame [m, m, rad]")]
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """A charger that the hive has given to a robot (message ChargerGrant)."""
+
+    charger: str  # its name
+    robot: str  # that may drive to it and stand at it; empty if nobody may any more
+    # Version of the change with which it was given, so no two grants have the same number.
+    number: int = 0
+    there: bool = False  # whether the robot stands at it, where it is in the way of all others

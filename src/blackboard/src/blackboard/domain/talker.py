@@ -42,7 +42,6 @@ BB_ENTRIES: Topic[Any] = Topic("bb_entries")
 BB_ACK: Topic[Any] = Topic("bb_ack")
 BB_VOTE: Topic[Any] = Topic("bb_vote")
 ROBOT_STATUS: Topic[RobotStatus] = Topic("robot_status")
-CHARGER_CLAIM: Topic[Any] = Topic("charger_claim")
 SET_STATE: Topic[str] = Topic("set_state")
 """In the robot's own namespace; all other topics belong to the hive."""
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sends a robot to a charger in time, and back to work once it has charged enough."""
+"""Sends a robot to a charger in time, and back to work once it has charged enough.
+
+No two robots drive to one charger: a robot asks for a charger in its status, the leader gives it
+away as a change of the task list, and the robot drives there once its member's list shows that.
+"""
 
 from __future__ import annotations
 
@@ -11,23 +15,29 @@ from typing import TYPE_CHECKING
 from blackboard.costing.effort import charge_to_reach
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.settings import ChargingSettings
-from blackboard.domain.talker import CHARGER_CLAIM
 from blackboard.domain.task import Task, TaskType
-from blackboard.robot.charger_claims import NEAR, Claim, Claims
 from blackboard.robot.executor import CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from blackboard.consensus.task_list import TaskList
     from blackboard.costing.experience import Experience
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.charger import Grant
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.talker import Talker
     from blackboard.robot.executor import CommandResult, Controller
     from blackboard.robot.lease_keeper import LeaseKeeper
     from blackboard.robot.service import Service
     from hive_common.pose import Pose
+
+NEAR = 1.0
+"""A robot that is this close to a charger is in the way of others there [m]."""
+
+_STOPPING_TIME = 1.0
+"""A robot that stops has braked, and knows where it stands, after this long [s]."""
 
 _AVOID = 30.0
 """A robot that found no path to a charger does not try it again for this long [s]."""
@@ -46,8 +56,9 @@ class ChargingPlan:
 class Phase(Enum):
     """Where a robot is between work and charger."""
 
-    AWAY = auto()  # it needs no charger, or waits for one
+    AWAY = auto()  # it needs no charger, or waits until one is given to it
     GOING = auto()  # it drives to a charger
+    STOPPING = auto()  # it has stopped on its way, and keeps the charger until it stands
     THERE = auto()  # it charges
     # It is full and drives back to where it started, so that the charger is free for others.
     LEAVING = auto()
@@ -55,6 +66,10 @@ class Phase(Enum):
 
 class Charging:
     """Decides when one robot charges, and where.
+
+    Attributes:
+        charger: The charger that it asks for, drives to or stands at; empty for none.
+        grant: The highest number of a grant to this robot that it knows of; 0 for none.
 
     Args:
         service: Told when it leaves service to charge, and when it comes back.
@@ -83,35 +98,63 @@ class Charging:
         self._service = service
         self._plan = plan = plan or ChargingPlan()
         self._experience = experience
-        self._claims = Claims(robot_id, plan.chargers, talker.now())
+        self.charger = ""
+        self.grant = 0
+        self._hive = ""
+        self._grants: Mapping[str, Grant] = {}
         self._phase = Phase.AWAY
         self._is_sent = False
         self._avoided: dict[str, float] = {}
         self._pose: Pose | None = None
 
-    def start(self, pose: Pose, lease: LeaseKeeper, changed: Callable[[], None]) -> None:
-        """Begin to listen, and call `changed` when there is something new to consider.
+    def start(
+        self,
+        pose: Pose,
+        lease: LeaseKeeper,
+        changed: Callable[[], None],
+        tell: Callable[[], None],
+    ) -> None:
+        """Begin to decide.
 
-        `pose` is where the robot is now, and where it goes when it is full [map frame].
+        Args:
+            pose: Where the robot is now, and where it goes when it is full [map frame].
+            lease: The robot drives only while it holds.
+            changed: Called when there is something new to consider.
+            tell: Called when the status says something else about chargers than before.
         """
         self._pose = self._home = pose
-        self._lease, self._changed = lease, changed
+        self._lease, self._changed, self._tell = lease, changed, tell
         if not self._plan.chargers:
             return
-        self._talker.subscribe(CHARGER_CLAIM, self._hear)
         at = next((name for name in self._plan.chargers if self._is_at(name)), None)
         if at is not None:
-            self._claims.claim(at, self._talker.now(), holds=True)
-            self._phase = Phase.THERE
+            self.charger, self._phase = at, Phase.THERE
             if self._battery.level < self._plan.settings.enough:
                 self._leave_service(f"charges at {at}")
-        self._say()
+
+    def hear(self, known: TaskList) -> None:
+        """Take in which robot has which charger; the robot drives to none that is not its own."""
+        if known.hive != self._hive:
+            self._hive, self.grant = known.hive, 0
+        self._grants = {each.charger: each for each in known.grants}
+        mine = [each.number for each in known.grants if each.robot == self._id]
+        self.grant = max([self.grant, *mine])
+        if self._phase is Phase.GOING and not self._is_given:
+            self._halt()
+        if self.charger not in {"", *self._free}:
+            self._phase = Phase.LEAVING if self._phase is Phase.LEAVING else Phase.AWAY
+            self._ask_for("")
+
+    @property
+    def is_at_charger(self) -> bool:
+        """Whether it stands at its charger."""
+        return self._phase in {Phase.THERE, Phase.LEAVING}
 
     @property
     def is_charging(self) -> bool:
         """Whether it is at a charger, or where a person set it to charge."""
         by_hand = self._service.state is RobotState.CHARGING and not self._service.is_on_its_own
-        stands = not self._claims.charger and not self._controller.task_id
+        stands = not self.charger and not self._controller.task_id
         return self._phase is Phase.THERE or (by_hand and stands)
 
     @property
@@ -139,8 +182,8 @@ class Charging:
     def note_pose(self, pose: Pose) -> None:
         """Note where it is; a charger that it has left is free for others."""
         self._pose = pose
-        if self._phase in {Phase.THERE, Phase.LEAVING} and not self._is_at(self._claims.charger):
-            self._claims.release()
+        if self.is_at_charger and not self._is_at(self.charger):
+            self._ask_for("")
             if self._phase is Phase.THERE:
                 self._phase = Phase.AWAY
 
@@ -155,14 +198,17 @@ class Charging:
         if self._battery.level <= 0.0:
             self.abandon()
             self._service.strand(f"stranded at {self._pose}: its battery is empty")
-        self._say()
 
     def consider(self, *, idle: bool, loaded: bool) -> None:
         """Decide what to do about the battery now.
 
         An `idle` robot's schedule is empty; a `loaded` one's arm has a load to put down.
         """
-        if not self._plan.chargers or self._service.state is RobotState.DEFECT:
+        if not self._plan.chargers:
+            return
+        if self._service.state is RobotState.DEFECT:
+            if self._phase is Phase.AWAY:
+                self._ask_for("")
             return
         at_work = not idle
         on_its_way = self._phase in {Phase.GOING, Phase.LEAVING}
@@ -175,7 +221,7 @@ class Charging:
         elif self._phase is Phase.AWAY and self._needs_charger(idle=idle, loaded=loaded):
             self._seek(idle=idle)
         elif self._phase is Phase.AWAY:
-            self._claims.release()
+            self._ask_for("")
         elif self._phase is Phase.THERE and idle and self._may_leave:
             self._make_room()
 
@@ -192,7 +238,7 @@ class Charging:
         if self._phase is Phase.LEAVING:
             self._halt()
         if self._phase is Phase.THERE:
-            self._leave_service(f"charges at {self._claims.charger}")
+            self._leave_service(f"charges at {self.charger}")
         self._is_sent = True
         return ""
 
@@ -228,46 +274,70 @@ class Charging:
         return is_low and self._service.state is None
 
     def _seek(self, *, idle: bool) -> None:
-        """Claim the nearest free charger, and go once it is this robot's."""
-        if self._is_critical or self._is_sent:
-            self._leave_service("seeks a free charger")
-        now, silence = self._talker.now(), self._lease.silence
-        if not self._claims.charger:
-            nearest = self._nearest(now, silence)
-            if nearest is not None:
-                self._claims.claim(nearest, now)
-                self._say()
-        elif idle and self._lease.holds() and self._claims.settle(now, silence):
-            self._phase = Phase.GOING
-            self._leave_service(f"goes to {self._claims.charger}")
-            self._drive(self._plan.chargers[self._claims.charger], self._arrived)
+        """Ask for the nearest free charger, and go once it is this robot's.
 
-    def _nearest(self, now: float, silence: float) -> str | None:
+        While the list still shows a grant that it has given up, it asks for nothing. So no old
+        list can show it as the grant that it waits for.
+        """
+        if self._is_critical or self._is_sent:
+            self._leave_service(self._what_it_waits_for())
+        if not self.charger and all(each.robot != self._id for each in self._grants.values()):
+            self._ask_for(self._nearest() or "")
+        if self._is_given and idle and self._lease.holds():
+            self._phase = Phase.GOING
+            self._leave_service(f"goes to {self.charger}")
+            self._drive(self._plan.chargers[self.charger], self._arrived)
+
+    def _what_it_waits_for(self) -> str:
+        if self._free:
+            return "seeks a free charger"
+        taken = (f"{self._grants[name].robot} has {name}" for name in self._plan.chargers)
+        return f"waits for a charger: {', '.join(taken)}"
+
+    def _ask_for(self, charger: str) -> None:
+        """Ask for a charger, or give up the one that it has asked for or has."""
+        if charger != self.charger:
+            self.charger = charger
+            self._tell()
+
+    @property
+    def _is_given(self) -> bool:
+        given = self._grants.get(self.charger)
+        return given is not None and given.robot == self._id
+
+    @property
+    def _free(self) -> tuple[str, ...]:
+        """The chargers that no other robot has."""
+        others = {name for name, given in self._grants.items() if given.robot != self._id}
+        return tuple(name for name in self._plan.chargers if name not in others)
+
+    def _nearest(self) -> str | None:
         """Return the free charger with the shortest path; None if none can be reached."""
         here = self._pose
         assert here is not None  # noqa: S101  (set by `start`)
         lengths = {
             name: self._path_lengths.length(here, self._plan.chargers[name])
-            for name in self._claims.free(now, silence)
+            for name in self._free
             if self._avoided.get(name, -math.inf) <= self._talker.world.now()
         }
         reachable = [name for name in lengths if math.isfinite(lengths[name])]
         return min(reachable, key=lambda name: lengths[name], default=None)
 
     def _arrived(self, result: CommandResult) -> None:
-        charger = self._claims.charger
+        charger = self.charger
         if result.state is CommandState.SUCCEEDED:
             self._phase = Phase.THERE
             self._leave_service(f"charges at {charger}")
+            self._tell()
         else:
             self._phase = Phase.AWAY
             self._avoided[charger] = self._talker.world.now() + _AVOID
-            self._claims.release()
+            self._ask_for("")
         self._changed()
 
     def _make_room(self) -> None:
         """Drive home from the charger, unless that is home."""
-        place = self._plan.chargers[self._claims.charger]
+        place = self._plan.chargers[self.charger]
         if self._home.distance_to(place) > NEAR and self._lease.holds():
             self._phase = Phase.LEAVING
             self._drive(self._home, self._left)
@@ -276,20 +346,31 @@ class Charging:
         self._phase = self._phase_here()
 
     def _phase_here(self) -> Phase:
-        return Phase.THERE if self._is_at(self._claims.charger) else Phase.AWAY
+        return Phase.THERE if self._is_at(self.charger) else Phase.AWAY
 
     def _drive(self, goal: Pose, ended: Callable[[CommandResult], None]) -> None:
         task = Task(f"{self._id} charging", TaskType.GA, (goal,))
         self._controller.run(task, 0, lambda _: None, ended)
 
     def _halt(self) -> None:
-        """Stop on the way; the robot claims the charger anew before it goes on."""
+        """Stop on the way; the robot asks for the charger anew before it goes on."""
         self._controller.stop()
-        if self._phase is Phase.LEAVING and self._is_at(self._claims.charger):
-            self._phase = Phase.THERE
+        if self._phase is Phase.LEAVING:
+            self._stay()
             return
-        self._phase = Phase.AWAY
-        self._claims.release()
+        self._phase = Phase.STOPPING
+        self._talker.after(_STOPPING_TIME, self._stopped)
+
+    def _stopped(self) -> None:
+        if self._phase is Phase.STOPPING:
+            self._stay()
+            self._changed()
+
+    def _stay(self) -> None:
+        """Keep the charger if the robot stands at it, and give it up otherwise."""
+        self._phase = self._phase_here()
+        if self._phase is Phase.AWAY:
+            self._ask_for("")
 
     def _leave_service(self, doing: str) -> None:
         self._service.go_charging(f"its battery is at {self._battery.level:.0%}: {doing}")
@@ -297,13 +378,3 @@ class Charging:
     def _is_at(self, charger: str) -> bool:
         place, here = self._plan.chargers.get(charger), self._pose
         return place is not None and here is not None and here.distance_to(place) <= NEAR
-
-    def _hear(self, claim: Claim) -> None:
-        if claim.robot_id != self._id:
-            if self._claims.hear(claim, self._talker.now()):
-                self._say()
-            self._changed()
-
-    def _say(self) -> None:
-        if self._plan.chargers and self._pose is not None:
-            self._talker.publish(CHARGER_CLAIM, self._claims.say(self._pose))

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.lease import Lease
 from blackboard.domain.record import OrderKind
-from blackboard.domain.settings import longest_lease
 from blackboard.domain.talker import BACKUP
 
 if TYPE_CHECKING:
@@ -24,9 +22,6 @@ _PERIODS_UNHEARD = 1.5
 
 _A_MOMENT = 0.001
 """Without it a timer for the end of a lease might find, by rounding, that it still holds [s]."""
-
-_STOPPING_TIME = 0.5
-"""Time that a robot takes to come to a stop, the default of `lease_margin` [s]."""
 
 
 class LeaseKeeper:
@@ -55,7 +50,6 @@ class LeaseKeeper:
         self._unheard = unheard
         self._filter = hive_filter
         self._lease = Lease(robot_id, talker.now())
-        self._longest = -math.inf
         self._lapse: Timer | None = None
         self._tell: Callable[[float], None] = lambda _: None
         self._last_hive = ""
@@ -73,17 +67,6 @@ class LeaseKeeper:
     def holds(self) -> bool:
         """Return whether the robot may work now."""
         return self._lease.holds(self._talker.now())
-
-    @property
-    def silence(self) -> float:
-        """A robot that says nothing for longer has stopped [s]; infinite before any heartbeat.
-
-        Its lease lasts from its last status, which it sends at most a period after anything else.
-        Leases granted under earlier settings count too.
-        """
-        if self._longest < 0.0:
-            return math.inf
-        return longest_lease(self._longest) + _STOPPING_TIME + self._period
 
     def allows(self, order: Order) -> bool:
         """Return whether to carry out an order: its sender is to be obeyed, and it is recent.
@@ -104,7 +87,6 @@ class LeaseKeeper:
             # member beside it has to hear the same heartbeat before it knows whom to tell.
             self._talker.after(0.0, self._unheard)
         self._epoch = beat.epoch
-        self._longest = max(self._longest, beat.robot_lease)
         if self._last_hive not in {"", self._filter.hive}:
             self._lease.begin_anew(now)
         self._last_hive = self._filter.hive

@@ -145,7 +145,7 @@ class Robot:
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._filter.follow(self._compare)
         self._lease.start()
-        self.charging.start(self._pose, self._lease, self._go_on)
+        self.charging.start(self._pose, self._lease, self._go_on, self._publish_status)
         self._talker.subscribe(SET_STATE, self.set_state)
         period = self._settings.status_period
         self._talker.world.every(period, lambda: self._pass_time(period))
@@ -169,6 +169,9 @@ class Robot:
             hive=self._filter.hive,
             carries=self._characteristics.carries,
             map=self.maps.told(self._filter.leaders_map),
+            charger=self.charging.charger,
+            grant=self.charging.grant,
+            at_charger=self.charging.is_at_charger,
         )
 
     @property
@@ -365,6 +368,7 @@ class Robot:
         if not self._filter.obeys(known.hive, known.epoch):
             return
         self._reports.acknowledge(known)
+        self.charging.hear(known)
         for record in self._reports.known_of([entry.task.id for entry in self._schedule]):
             entry = self._schedule.get(record.task.id)
             if entry is not None and record.has_ended(self._id, entry.order.assignment):

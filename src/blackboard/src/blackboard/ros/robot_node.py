@@ -56,7 +56,7 @@ _PART = "robot_node"
 _MAP_IN_USE = "map_in_use"
 _MOST_LETTERS = 64
 
-_ROBOT_TOPICS = (topics.TASK_COST, topics.CHARGER_CLAIM)
+_ROBOT_TOPICS = (topics.TASK_COST,)
 
 
 def main() -> None:
@@ -67,7 +67,7 @@ def main() -> None:
 
     ROS Subscribers: `task_bc`, `task_assign`, `map`, `bb_backup`, `bb_entries` of the hive;
         `set_state`, `amcl_pose`, `odom`, `drop_charge`, `map_in_use` of the robot.
-    ROS Publishers: `task_cost`, `task_state`, `robot_status`, `charger_claim`, `bb_ack` of the
+    ROS Publishers: `task_cost`, `task_state`, `robot_status`, `bb_ack` of the
         hive; `battery_state` of the robot; `/diagnostics`.
     ROS Actions: client of the robot's `move_base` and, if it has an arm, `pick`. A process of its
         own cancels the goal of `move_base` when this one hangs or ends.

@@ -41,11 +41,16 @@ def init_node(name: str, *, anonymous: bool = False) -> None:
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
 
 
+def is_shutting_down() -> bool:
+    """Return whether the node is shut down, or is about to be: its topics close before."""
+    return bool(rospy.is_shutdown() or rospy.core.is_shutdown_requested())
+
+
 def _say_unless_shut_down(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
     """Print an error that ends the main thread, unless it was at work when its topics closed."""
-    if not (issubclass(kind, rospy.ROSException) and rospy.is_shutdown()):
+    if not (issubclass(kind, rospy.ROSException) and is_shutting_down()):
         sys.__excepthook__(kind, error, trace)
 
 

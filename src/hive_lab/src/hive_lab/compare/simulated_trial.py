@@ -13,8 +13,7 @@ from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.task import StepKind
-from blackboard.robot.charger_claims import NEAR
-from blackboard.robot.charging import ChargingPlan
+from blackboard.robot.charging import NEAR, ChargingPlan
 from blackboard.robot.executor import CommandState
 from hive_common.map_file import load_map
 from hive_common.pose import Pose

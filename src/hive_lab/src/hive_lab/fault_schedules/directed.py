@@ -11,8 +11,10 @@ from attrs import evolve
 
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.task import Task, TaskType
+from blackboard.robot.charging import ChargingPlan
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.faulty_network import Quality
+from hive_lab.fault_schedules.features.kit import RobotKit
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     BOARD_SETTINGS,
@@ -293,6 +295,21 @@ _WORK = (
     _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
 )
 
+# The leader and robot1 are cut off from the others as robot1 asks the leader for the charger, and
+# robot2 asks the next leader for it.
+_GIVEN_BY_A_MINORITY = (
+    SetState(11.99, "robot1", "charge"),
+    Cut(11.991, (BLACKBOARD, "robot1"), 8.0),
+    SetState(14.6, "robot2", "charge"),
+)
+
+_CHARGING = (
+    replace(
+        _schedule("given by a minority", *_GIVEN_BY_A_MINORITY, robots=4),
+        kits=(RobotKit(charging=ChargingPlan({"dock": Pose(-6.0, 0.0)})),) * 4,
+    ),
+)
+
 _RECOVERIES = (
     _schedule("recovered", *_RECOVERED, robots=4),
     _schedule("recovered too soon", *_RECOVERED_TOO_SOON),
@@ -305,6 +322,6 @@ _RECOVERIES = (
 )
 
 DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
-    {each.scenario: each for each in (*_ELECTIONS, *_WORK, *_RECOVERIES)}
+    {each.scenario: each for each in (*_ELECTIONS, *_WORK, *_CHARGING, *_RECOVERIES)}
 )
 """By name; "figure 8" is figure 8 of the Raft paper, with one change a message."""

@@ -15,9 +15,19 @@ from attrs import evolve
 
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
-from hive_lab.fault_schedules.drawn_features import with_features, with_strong_robot
+from hive_lab.fault_schedules.drawn_features import (
+    with_features,
+    with_one_charger,
+    with_strong_robot,
+)
 from hive_lab.fault_schedules.faulty_network import Quality
-from hive_lab.fault_schedules.scenarios import ASIDE, SCENARIOS, STRONG_ROBOT, Setting
+from hive_lab.fault_schedules.scenarios import (
+    ASIDE,
+    ONE_CHARGER,
+    SCENARIOS,
+    STRONG_ROBOT,
+    Setting,
+)
 from hive_lab.fault_schedules.schedule import (
     FAULT_PERIOD,
     SETTLE,
@@ -42,6 +52,9 @@ _WITH_SCENARIO = 0.5  # share of the schedules that follow a scenario
 _FORGETFUL = 0.5  # share of the schedules whose hive soon forgets ended tasks
 _ANEW = 0.3  # share of the tasks in these that are posted anew under the same id
 
+_FLEETS = {STRONG_ROBOT: with_strong_robot, ONE_CHARGER: with_one_charger}
+"""Which scenarios need a fleet of their own."""
+
 
 def draw(seed: int, scenario: str = "") -> FaultSchedule:
     """Draw the schedule of a seed, in a scenario that by default is drawn too."""
@@ -50,7 +63,7 @@ def draw(seed: int, scenario: str = "") -> FaultSchedule:
     schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)
     schedule = _forgetful(schedule) if random.random() < _FORGETFUL else schedule
     schedule = with_features(schedule)
-    return with_strong_robot(schedule) if scenario == STRONG_ROBOT else schedule
+    return _FLEETS[scenario](schedule) if scenario in _FLEETS else schedule
 
 
 def _by_scenario(seed: int, random: Random, scenario: str) -> FaultSchedule:

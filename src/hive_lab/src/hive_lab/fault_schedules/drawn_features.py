@@ -73,6 +73,26 @@ def with_strong_robot(schedule: FaultSchedule) -> FaultSchedule:
     return replace(schedule, kits=tuple(kits))
 
 
+def with_one_charger(schedule: FaultSchedule) -> FaultSchedule:
+    """Return a schedule whose robots charge at the same charger, soon and in little time."""
+    random = Random(f"charger {schedule.seed}")
+    name = next(iter(_CHARGERS))
+    plan = ChargingPlan({name: _CHARGERS[name]})
+    battery = replace(_SMALL_BATTERY, charging_time=random.choice([4.0, 12.0]))
+    return replace(
+        schedule,
+        kits=tuple(
+            replace(
+                kit,
+                characteristics=replace(kit.characteristics, battery=battery),
+                charge=random.choice([0.25, 0.5, 1.0]),
+                charging=plan,
+            )
+            for kit in schedule.kits or [RobotKit()] * schedule.robots
+        ),
+    )
+
+
 def _board(random: Random, board: BlackboardSettings) -> BlackboardSettings:
     return evolve(
         board,

@@ -53,6 +53,7 @@ class Harness:
         """Schedule every member's start: at its time in `late` [s], or within the first second."""
         for member in members:
             member.at_work, member.step_done = self.checker.at_work, self.checker.step_done
+            member.heads_for = self.checker.chargers.heads_for
             self.checker.loads.follow(member.name, member.arm)
             at = (late or {}).get(member.name)
             chance = self.random.uniform(0.0, 1.0)

@@ -15,6 +15,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
 from blackboard.domain.task import StepKind, TaskState, TaskType, split_task
+from hive_lab.fault_schedules.charger_checker import ChargerChecker
 from hive_lab.fault_schedules.ending import Ending
 from hive_lab.fault_schedules.history import History, Violation
 from hive_lab.fault_schedules.simulated_arm import LoadChecker
@@ -43,6 +44,7 @@ class ProtocolChecker:
     Attributes:
         done: How often a robot has really finished each task.
         loads: Follows what arms pick and put down.
+        chargers: Follows who drives to a charger.
     """
 
     def __init__(
@@ -68,6 +70,7 @@ class ProtocolChecker:
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
         self.loads = LoadChecker(self._broken)
+        self.chargers = ChargerChecker(members, self._broken)
         self.ending = Ending(members, self._hives, self._last_steps, self._broken)
         self.takeovers = 0
         self.done: Counter[str] = Counter()
@@ -89,6 +92,7 @@ class ProtocolChecker:
         self._seen[host.name] = member
         if before is None or member.log is not before.log:
             self._follow_commits(member, before)
+            self.chargers.listed(member.log.stable.grants)
         if member.role is Role.LEADER:
             if before is not None and member.log.stable.members != before.log.stable.members:
                 self._exercised.changed_members()

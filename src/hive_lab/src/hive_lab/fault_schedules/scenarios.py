@@ -47,6 +47,9 @@ if TYPE_CHECKING:
 STRONG_ROBOT = "a strong robot comes and goes"
 """The scenario in which the last robot carries several times as much as the others."""
 
+ONE_CHARGER = "robots share a charger"
+"""The scenario in which all robots charge in turn at the same charger."""
+
 _LEADER_SLEEPS = 0.4  # share of the times at which the leader's machine alone is suspended
 
 
@@ -327,6 +330,34 @@ def _no_majority(random: Random) -> Setting:
     return Setting(robots, faults, _close(random))
 
 
+def _one_charger(random: Random) -> Setting:
+    """Send robots to the only charger and call them back, while members fail and messages lag."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in (*_times(random, 4), *_times(random, 4)):
+        robot = random.choice(members[1:])
+        faults.append(SetState(at, robot, "charge"))
+        if random.choice([True, False]):
+            faults.append(SetState(at + random.uniform(0.2, 6.0), robot, "idle"))
+    for at in _times(random, 5):
+        who, lasts = random.choice(members[1:]), random.uniform(1.0, 9.0)
+        kind = random.choice(["links", "cut", "cut", "unseat", "unseat", "crash", "freeze"])
+        if kind == "links":
+            quality = Quality(random.choice([0.0, 0.2]), 0.5, random.choice([0.5, 2.0, 4.0]))
+            faults.append(BadLinks(at, lasts, quality))
+        elif kind == "cut":
+            way, holds = random.choice([True, False]), random.choice([True, False])
+            faults.append(Cut(at, (who,), lasts, way, holds=holds))
+        elif kind == "unseat":
+            faults.append(_unseat(random, at, members))
+        elif kind == "freeze":
+            faults.append(Freeze(at, who, lasts))
+        else:
+            faults.append(Crash(at, who, random.choice([_short(random), 2.0 * lasts])))
+    return Setting(robots, faults, _close(random), far_clocks=random.choice([True, False]))
+
+
 SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "election storm": _storm,
@@ -344,6 +375,7 @@ ASIDE: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "bad disks": _bad_disks,
         "no majority left": _no_majority,
+        ONE_CHARGER: _one_charger,
         "sleeping machines": _sleeping_machines,
         STRONG_ROBOT: _strong_robot,
     }

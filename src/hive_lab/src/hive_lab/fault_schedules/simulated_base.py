@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from hive_lab.fault_schedules.faulty_network import Host
 
+_A_LITTLE = 1e-6
+"""Least time to the next look [s]: less could be lost in the rounding of a clock's rate."""
+
 _NOTICED = 1.0
 """So long after the end of the robot's process the guard has cancelled its drive [s]."""
 
@@ -30,6 +33,7 @@ class SimulatedBase:
     Attributes:
         arrive: Called with the goal that the base has reached.
         at_work: Called with the task of a drive when it begins and when it ends.
+        heads_for: Called with the goal of a drive when it begins, and with None when it ends.
     """
 
     def __init__(self, host: Host) -> None:
@@ -43,6 +47,7 @@ class SimulatedBase:
         self._generation = 0
         self.arrive: Callable[[Pose], None] = lambda _: None
         self.at_work: Callable[[str, bool], None] = lambda *_: None
+        self.heads_for: Callable[[Pose | None], None] = lambda _: None
 
     @property
     def drives(self) -> bool:
@@ -69,6 +74,7 @@ class SimulatedBase:
         self._drive = Drive("move_base", str(self._run))
         self._guard.hold(self._drive, self._until)
         self.at_work(self._task, True)
+        self.heads_for(step.goal)
         self._host.network.schedule(duration, None, self._end, (self._run, step, works))
         self._watch(self._run)
 
@@ -79,6 +85,7 @@ class SimulatedBase:
         task, self._task = self._task, ""
         if task:
             self.at_work(task, False)
+            self.heads_for(None)
 
     def process_ended(self) -> None:
         """Notice soon that the robot's process has ended."""
@@ -93,7 +100,7 @@ class SimulatedBase:
             self._preempt()
         else:
             later = self._guard.next_due / rate - network.now
-            network.schedule(max(later, 0.0), None, self._watch, run)
+            network.schedule(max(later, _A_LITTLE), None, self._watch, run)
 
     def _cancel_left(self, run: int) -> None:
         if run == self._run and self._guard.left():

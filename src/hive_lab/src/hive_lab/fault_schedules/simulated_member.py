@@ -234,6 +234,7 @@ class SimulatedMember:
     arm: SimulatedArm = field(init=False)
     at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
+    heads_for: Callable[[str, Pose | None], None] = field(default=lambda *_: None)
 
     def __post_init__(self) -> None:
         self.battery = Battery(self.kit.characteristics.battery, self.kit.charge)
@@ -297,6 +298,7 @@ class SimulatedMember:
 
         base.at_work = drive.at_work = at_work
         base.arrive = arrive
+        base.heads_for = lambda goal: self.heads_for(self.name, goal)
         drive.step_done = lambda step: self.step_done(self.name, step)
         robot = make_robot(
             talker,

@@ -14,6 +14,7 @@ from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.charger import Grant
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings
 from blackboard.domain.talker import (
@@ -233,6 +234,11 @@ class RobotHarness(_Harness):
         """Publish a task list of one task as the blackboard."""
         record = TaskRecord(task, state, robot=robot, assignment=assignment)
         self.send(SYNC, TaskList(1, version, (record,)))
+
+    def give_chargers(self, version: int, **robots: str) -> None:
+        """Publish a task list in which each charger, by name, was given to a robot, or to none."""
+        grants = tuple(Grant(name, robot, version) for name, robot in robots.items() if robot)
+        self.send(SYNC, TaskList(1, version, grants=grants))
 
     def set_state(self, word: str) -> None:
         """Set its state as an operator."""

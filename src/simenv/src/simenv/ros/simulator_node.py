@@ -29,7 +29,7 @@ from hive_common.ros.links import mend_links
 from hive_common.ros.params import number, text, whole_number
 from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
-from hive_common.ros.signals import init_node
+from hive_common.ros.signals import init_node, is_shutting_down
 from robot_description.models import load_model
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
@@ -131,7 +131,7 @@ class SimulatorNode:
                     steps = self._lockstep.steps_until_due(now, STEP, steps)
                     self._tick(steps)
             except rospy.ROSException:
-                if rospy.is_shutdown():
+                if is_shutting_down():
                     return  # the topics closed during the tick
                 raise
             pause = self._pacer.tick_done(time.monotonic(), steps)

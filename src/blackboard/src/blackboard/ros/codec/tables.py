@@ -27,9 +27,9 @@ from blackboard.domain import talker as topics
 from blackboard.domain.battery import BatteryModel
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.domain.charger import Grant
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.robot.charger_claims import Claim
 from blackboard.ros.codec.engine import Codec, Row, Within
 from hive_common.map_id import MapId
 from hive_common.pose import Pose
@@ -162,12 +162,15 @@ UPDATE = Codec(
     _one_of("state", TaskState),
 )
 
+GRANT = Codec(bb_msgs.ChargerGrant, Grant, "charger robot=robot_id number there")
+
 LIST = Codec(
     bb_msgs.BbSynch,
     TaskList,
     "epoch version hive earlier",
     _stamped("map"),
     _many(RECORD, "records", "tasks"),
+    _many(GRANT, "grants"),
 )
 
 # The auction.
@@ -289,22 +292,13 @@ def _queued(tasks: Sequence[str], now: str) -> int:
 STATUS = Codec(
     bb_msgs.RobotStatus,
     RobotStatus,
-    "robot_id charge payload task_id reason sent hive",
+    "robot_id charge payload task_id reason sent hive charger grant=charger_grant at_charger",
     _stamped("map"),
     _one_of("state", RobotState),
     Row("pose", write=POSE.encode, read=POSE.decode),
     *_tuples("tasks carries"),
     Row("tasks task_id", "queued", write=_queued, read=None),
     _MAP,
-)
-
-CLAIM = Codec(
-    bb_msgs.ChargerClaim,
-    Claim,
-    "robot_id charger since",
-    _stamped("map"),
-    Row("pose", write=POSE.encode, read=POSE.decode),
-    _pairs("conceded", "conceded", "conceded_since"),
 )
 
 # Members.
@@ -331,6 +325,7 @@ ENTRY = Codec(
         read=lambda changes, members: tuple(members) if changes else None,
     ),
     *_tuples("forgotten"),
+    _many(GRANT, "grants"),
 )
 
 BEFORE = Codec(bb_msgs.BbEntries, Position, "epoch=before_epoch version=before_version")
@@ -348,6 +343,11 @@ SNAPSHOT = Codec(
         read=lambda tasks: {record.task.id: record for record in map(RECORD.decode, tasks)},
     ),
     *_tuples("members"),
+    Row(
+        "grants",
+        write=lambda grants: [GRANT.encode(each) for each in grants.values()],
+        read=lambda grants: {each.charger: each for each in map(GRANT.decode, grants)},
+    ),
 )
 
 
@@ -421,7 +421,6 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
         topics.BB_ENTRIES: _wire(ENTRIES),
         topics.BB_ACK: _wire(REPLY),
         topics.BB_VOTE: _wire(BALLOT),
-        topics.CHARGER_CLAIM: _wire(CLAIM),
     }
 )
 """The messages of every topic of the hive."""

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each rule about chargers prevents what a schedule shows.
+
+docs/protocol.md has the table of all these changes.
+"""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from blackboard.board.charger_grants import ChargerGrants
+from blackboard.consensus import node
+from blackboard.consensus.lease import Leases
+from blackboard.consensus.task_list import committed_list
+from blackboard.robot import drive_guard
+from blackboard.robot.charging import Charging
+from hive_lab.fault_schedules.scenarios import ONE_CHARGER
+
+
+def drive_to_a_charger_that_was_not_given(patch):
+    patch.setattr(Charging, "_is_given", property(lambda self: bool(self.charger)))
+
+
+def take_an_old_grant_for_a_new_one(patch):
+    def rash(self, *, idle):
+        if not self.charger:
+            self._ask_for(self._nearest() or "")
+        seek(self, idle=idle)
+
+    seek = Charging._seek  # noqa: SLF001
+    patch.setattr(Charging, "_seek", rash)
+
+
+def give_a_charger_to_a_second_robot(patch):
+    def rash(self, status):
+        given = self._node.grants.get(status.charger)
+        if given is not None and given.robot != status.robot_id:
+            self._node.give_chargers({status.charger: status.robot_id})
+        else:
+            hear(self, status)
+
+    hear = ChargerGrants.hear
+    patch.setattr(ChargerGrants, "hear", rash)
+
+
+def believe_a_late_status_about_a_charger(patch):
+    def trusting(self, status):
+        hear(self, replace(status, grant=math.inf))
+
+    hear = ChargerGrants.hear
+    patch.setattr(ChargerGrants, "hear", trusting)
+
+
+def take_the_charger_at_which_a_lost_robot_stands(patch):
+    def rash(self, is_lost, is_gone):
+        del is_gone
+        look(self, is_lost, is_lost)
+
+    look = ChargerGrants.look
+    patch.setattr(ChargerGrants, "look", rash)
+
+
+def take_a_charger_before_the_lease_has_ended(patch):
+    def rash(self, is_lost, is_gone):
+        del is_lost
+        look(self, is_lost=lambda name: silence["of"](name) > 1.5, is_gone=is_gone)
+
+    def noted(self, robot_id, now):
+        silence["of"] = lambda name: self.unheard_for(name, now)
+        return is_lost(self, robot_id, now)
+
+    silence = {"of": lambda _: 0.0}
+    look, is_lost = ChargerGrants.look, Leases.is_lost
+    patch.setattr(Leases, "is_lost", noted)
+    patch.setattr(ChargerGrants, "look", rash)
+
+
+def give_a_charger_before_a_majority_knows(patch):
+    def rash(member):
+        grants = tuple(member.log.latest.grants.values())
+        return replace(committed_list(member), grants=grants)
+
+    patch.setattr(node, "committed_list", rash)
+
+
+def drive_to_a_charger_without_a_lease(patch):
+    class Held:
+        def holds(self):
+            return True
+
+    def rash(self, **kw):
+        lease, self._lease = self._lease, Held()
+        consider(self, **kw)
+        self._lease = lease
+
+    consider = Charging.consider
+    patch.setattr(drive_guard, "GRACE", math.inf)
+    patch.setattr(Charging, "consider", rash)
+
+
+CAUGHT_BY = {
+    drive_to_a_charger_that_was_not_given: (5, ONE_CHARGER),
+    take_an_old_grant_for_a_new_one: (51, ONE_CHARGER),
+    give_a_charger_to_a_second_robot: (5, ONE_CHARGER),
+    give_a_charger_before_a_majority_knows: "given by a minority",
+    believe_a_late_status_about_a_charger: (644, ONE_CHARGER),
+    take_the_charger_at_which_a_lost_robot_stands: (140, ONE_CHARGER),
+    take_a_charger_before_the_lease_has_ended: (118, ONE_CHARGER),
+    drive_to_a_charger_without_a_lease: (51, ONE_CHARGER),
+}
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
+
+
+@pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
+def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
+    assert caught(mutate, CAUGHT_BY[mutate])
