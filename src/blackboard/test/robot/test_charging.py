@@ -450,3 +450,18 @@ def test_the_charger_of_a_robot_that_died_there_is_free_when_the_hive_has_forgot
     hive.network.run(HOUR)
 
     assert (at_first, goals(hive, "robot2")) == ([], [EAST])
+
+
+def test_a_robot_that_died_at_a_charger_and_starts_elsewhere_gives_the_charger_up():
+    hive = Hive()
+    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE)
+    hive.network.run(20.0)
+    hive.kill("robot1")
+    hive.add_robot("robot2", HERE, charge=0.25, charging=ONE)
+    hive.network.run(20.0)
+    at_first = goals(hive, "robot2")
+    hive.add_robot("robot1", HERE, charge=0.9, charging=ONE)
+    hive.post(GO)  # These robots are beside no member, and see the list when it changes.
+    hive.network.run(20.0)
+
+    assert (at_first, goals(hive, "robot2")) == ([], [EAST])

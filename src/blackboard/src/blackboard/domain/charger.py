@@ -24,6 +24,6 @@ class Grant:
 
     charger: str  # its name
     robot: str  # that may drive to it and stand at it; empty if nobody may any more
-    # Version of the change with which it was given, so no two grants have the same number.
+    # Version of the change that says so; each change has a higher one.
     number: int = 0
     there: bool = False  # whether the robot stands at it, where it is in the way of all others

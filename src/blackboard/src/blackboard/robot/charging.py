@@ -142,7 +142,8 @@ class Charging:
         if self._phase is Phase.GOING and not self._is_given:
             self._halt()
         if self.charger not in {"", *self._free}:
-            self._phase = Phase.LEAVING if self._phase is Phase.LEAVING else Phase.AWAY
+            if self._phase is not Phase.LEAVING:
+                self._phase = Phase.AWAY
             self._ask_for("")
 
     @property
