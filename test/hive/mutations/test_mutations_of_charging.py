@@ -13,8 +13,9 @@ from blackboard.board.charger_grants import ChargerGrants
 from blackboard.consensus import node
 from blackboard.consensus.lease import Leases
 from blackboard.consensus.task_list import committed_list
+from blackboard.domain.charger import Grant
 from blackboard.robot import drive_guard
-from blackboard.robot.charging import Charging
+from blackboard.robot.charging import Charging, Phase
 from hive_lab.fault_schedules.scenarios import ONE_CHARGER
 
 
@@ -23,20 +24,29 @@ def drive_to_a_charger_that_was_not_given(patch):
 
 
 def take_an_old_grant_for_a_new_one(patch):
-    def rash(self, *, idle):
-        if not self.charger:
-            self._ask_for(self._nearest() or "")
-        seek(self, idle=idle)
+    def rash(self):
+        given = self._grants.get(self.charger)
+        return given is not None and given.robot == self._id
 
-    seek = Charging._seek  # noqa: SLF001
-    patch.setattr(Charging, "_seek", rash)
+    patch.setattr(Charging, "_is_given", property(rash))
+
+
+def keep_a_request_without_a_lease(patch):
+    def rash(self, charger, *, is_there=False):
+        waits = self._phase is Phase.AWAY and self.charger and not self._lease.holds()
+        if charger or is_there or not waits:
+            say(self, charger, is_there=is_there)
+
+    say = Charging._say  # noqa: SLF001
+    patch.setattr(Charging, "_say", rash)
 
 
 def give_a_charger_to_a_second_robot(patch):
     def rash(self, status):
         given = self._node.grants.get(status.charger)
         if given is not None and given.robot != status.robot_id:
-            self._node.give_chargers({status.charger: status.robot_id})
+            asked = Grant(status.charger, status.robot_id, status.charger_since)
+            self._node.give_chargers((asked,))
         else:
             hear(self, status)
 
@@ -46,7 +56,8 @@ def give_a_charger_to_a_second_robot(patch):
 
 def believe_a_late_status_about_a_charger(patch):
     def trusting(self, status):
-        hear(self, replace(status, grant=math.inf))
+        known = [each.since for each in self._node.grants.values()]
+        hear(self, replace(status, charger_since=max([status.charger_since, *known])))
 
     hear = ChargerGrants.hear
     patch.setattr(ChargerGrants, "hear", trusting)
@@ -101,12 +112,13 @@ def drive_to_a_charger_without_a_lease(patch):
 
 CAUGHT_BY = {
     drive_to_a_charger_that_was_not_given: (5, ONE_CHARGER),
-    take_an_old_grant_for_a_new_one: (51, ONE_CHARGER),
+    take_an_old_grant_for_a_new_one: (105, ONE_CHARGER),
+    keep_a_request_without_a_lease: (51, ONE_CHARGER),
     give_a_charger_to_a_second_robot: (5, ONE_CHARGER),
     give_a_charger_before_a_majority_knows: "given by a minority",
-    believe_a_late_status_about_a_charger: (644, ONE_CHARGER),
+    believe_a_late_status_about_a_charger: (398, ONE_CHARGER),
     take_the_charger_at_which_a_lost_robot_stands: (140, ONE_CHARGER),
-    take_a_charger_before_the_lease_has_ended: (118, ONE_CHARGER),
+    take_a_charger_before_the_lease_has_ended: (105, ONE_CHARGER),
     drive_to_a_charger_without_a_lease: (51, ONE_CHARGER),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""

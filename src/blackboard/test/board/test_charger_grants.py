@@ -13,13 +13,12 @@ class Node:
     """A leader that commits at once."""
 
     def __init__(self):
-        self.version = 7
+        self.changes = 0
         self.grants = {}
 
-    def give_chargers(self, grants, there=()):
-        self.version += bool(grants)
-        for name, robot in grants.items():
-            self.grants[name] = Grant(name, robot, self.version, name in there)
+    def give_chargers(self, grants):
+        self.changes += bool(grants)
+        self.grants.update({each.charger: each for each in grants})
         self.grants = {name: each for name, each in self.grants.items() if each.robot}
 
 
@@ -33,59 +32,66 @@ def grants(node):
     return ChargerGrants(node)
 
 
-def says(robot, charger="", grant=0, *, there=False):
+def says(robot, charger="", since=1.0, *, there=False):
     return RobotStatus(
         robot,
         RobotState.CHARGING,
         Pose(0.0, 0.0),
         0.2,
         charger=charger,
-        grant=grant,
         at_charger=there,
+        charger_since=since,
     )
 
 
 def test_who_asks_first_gets_the_charger(node, grants):
+    grants.hear(says("robot1", "east", 1.5))
+    grants.hear(says("robot2", "east", 1.0))
+
+    assert node.grants == {"east": Grant("east", "robot1", 1.5)}
+
+
+def test_a_repeated_request_changes_nothing(node, grants):
     grants.hear(says("robot1", "east"))
-    grants.hear(says("robot2", "east"))
-
-    assert node.grants == {"east": Grant("east", "robot1", 8)}
-
-
-def test_a_repeated_wish_changes_nothing(node, grants):
     grants.hear(says("robot1", "east"))
-    grants.hear(says("robot1", "east", 8))
 
-    assert node.version == 8
+    assert node.changes == 1
 
 
-def test_a_robot_gives_a_charger_up_once_it_knows_that_it_has_it(node, grants):
-    grants.hear(says("robot1", "east"))
-    grants.hear(says("robot1"))
+def test_a_robot_that_asks_anew_for_its_charger_gets_a_new_answer(node, grants):
+    grants.hear(says("robot1", "east", 1.0))
+    grants.hear(says("robot1", "east", 3.0))
+
+    assert node.grants == {"east": Grant("east", "robot1", 3.0)}
+
+
+def test_a_robot_gives_its_charger_up_but_not_by_a_status_from_before(node, grants):
+    grants.hear(says("robot1", "east", 2.0))
+    grants.hear(says("robot1", "", 1.0))
     late = dict(node.grants)
-    grants.hear(says("robot1", grant=8))
+    grants.hear(says("robot1", "", 3.0))
 
-    assert late == {"east": Grant("east", "robot1", 8)}
+    assert late == {"east": Grant("east", "robot1", 2.0)}
     assert node.grants == {}
 
 
-def test_a_robot_gets_another_charger_only_when_it_has_given_up_the_first(node, grants):
-    grants.hear(says("robot1", "east"))
-    grants.hear(says("robot1", "west"))
-    before = set(node.grants)
-    grants.hear(says("robot1", "west", 8))
+def test_a_robot_that_asks_for_another_charger_gives_up_the_first(node, grants):
+    grants.hear(says("robot1", "east", 2.0))
+    grants.hear(says("robot1", "west", 1.0))
+    late = set(node.grants)
+    grants.hear(says("robot1", "west", 3.0))
 
-    assert before == {"east"}
+    assert late == {"east"}
     assert set(node.grants) == {"west"}
 
 
 def test_the_hive_knows_who_stands_at_a_charger(node, grants):
-    grants.hear(says("robot1", "east"))
-    grants.hear(says("robot1", "east", 8, there=True))
+    grants.hear(says("robot1", "east", 1.0))
+    grants.hear(says("robot1", "east", 2.0, there=True))
     arrived = node.grants["east"]
-    grants.hear(says("robot1", "east", 8))
+    grants.hear(says("robot1", "east", 1.0))
 
-    assert arrived == node.grants["east"] == Grant("east", "robot1", 9, there=True)
+    assert arrived == node.grants["east"] == Grant("east", "robot1", 2.0, there=True)
 
 
 def test_a_lost_robot_keeps_only_the_charger_at_which_it_stands(node, grants):

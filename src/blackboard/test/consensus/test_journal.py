@@ -88,8 +88,8 @@ def test_forgotten_tasks_stay_forgotten_folded_or_not(path, kept):
 def test_the_next_process_reads_who_has_a_charger_folded_or_not(path, kept):
     journal = SqliteJournal(path)
     log = EMPTY.log
-    given = (Grant("east", "robot1", 2), Grant("west", "robot2", 3, there=True))
-    for grant in (*given, Grant("east", "", 4), Grant("east", "robot3", 5)):
+    given = (Grant("east", "robot1", 2.5), Grant("west", "robot2", 3.5, there=True))
+    for grant in (*given, Grant("east"), Grant("east", "robot3", 1.5)):
         log = log.append(Entry(3, log.position.version + 1, grants=(grant,)))
         log = log.commit(log.position.version, kept)
         journal.save(replace(EMPTY, log=log))
@@ -98,9 +98,23 @@ def test_the_next_process_reads_who_has_a_charger_folded_or_not(path, kept):
 
     assert known == replace(EMPTY, log=log)
     assert dict(known.log.latest.grants) == {
-        "east": Grant("east", "robot3", 5),
-        "west": Grant("west", "robot2", 3, there=True),
+        "east": Grant("east", "robot3", 1.5),
+        "west": Grant("west", "robot2", 3.5, there=True),
     }
+
+
+def test_a_journal_of_a_version_that_numbered_grants_is_read(path):
+    journal = SqliteJournal(path)
+    journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, grants=(Grant("east", "a"),)))))
+    journal.close()
+    with closing(sqlite3.connect(path)) as database, database:
+        ((text,),) = database.execute("SELECT entry FROM entries").fetchall()
+        entry = json.loads(text)
+        del entry["grants"][0]["since"]
+        entry["grants"][0]["number"] = 2
+        database.execute("UPDATE entries SET entry = ?", (json.dumps(entry),))
+
+    assert SqliteJournal(path).load().log.latest.grants == {"east": Grant("east", "a")}
 
 
 def test_a_journal_of_a_version_without_forgetting_and_grants_is_read(path):

@@ -383,28 +383,53 @@ def test_an_operator_calls_a_robot_back_that_was_sent_to_charge():
     assert status(hive).pose == HERE
 
 
-def test_a_robot_that_stops_on_its_way_waits_until_its_list_shows_that_it_has_let_go():
+def test_a_robot_that_stops_on_its_way_goes_on_by_a_new_grant_only():
     plan = ChargingPlan({"east": EAST})
     harness = RobotHarness(charge=0.25, charging=plan)
     harness.give_chargers(2, east="robot1")
     harness.wait(0.5)
+    first = harness.status.charger_since
     harness.set_state("idle")  # It stops on its way, gives the charger up, and needs it anew.
     harness.wait(5.0)
-    while_its_list_is_old = (harness.status.charger, harness.status.grant)
-    harness.give_chargers(3, east="")
-    harness.wait(1.0)
-    asked = harness.status.charger
+    asked = harness.status
     before = [step.goal for step in harness.command.started]
-    harness.give_chargers(4, east="robot1")
+    harness.give_chargers(3, east="robot1")
     harness.wait(0.1)
 
-    assert while_its_list_is_old == ("", 2)
-    assert (asked, before) == ("east", [EAST])
+    assert asked.charger == "east"
+    assert asked.charger_since > first
+    assert before == [EAST]  # Its list still shows the first grant.
     assert [step.goal for step in harness.command.started] == [EAST, EAST]
 
 
+def test_a_robot_without_its_lease_asks_for_no_charger_and_then_anew():
+    harness = RobotHarness(charge=0.25, charging=ChargingPlan({"east": EAST}))
+    harness.wait(0.5)
+    first = harness.status
+    harness.talker.connected = False
+    harness.wait(20.0)
+    without = harness.robot.status.charger
+    harness.talker.connected = True
+    harness.wait(2.0)
+    harness.give_chargers(2, since=first.charger_since, east="robot1")
+    harness.wait(2.0)
+
+    assert (first.charger, without, harness.status.charger) == ("east", "", "east")
+    assert harness.status.charger_since > first.charger_since
+    assert harness.command.started == []
+
+
+def test_a_robot_whose_date_was_set_back_says_what_is_newer_than_its_grant():
+    harness = RobotHarness(charge=0.9, charging=ChargingPlan({"east": EAST}))
+    later = harness.status.charger_since + 100.0
+    harness.give_chargers(2, since=later, east="robot1")
+
+    assert harness.status.charger == ""
+    assert harness.status.charger_since > later
+
+
 @pytest.mark.parametrize(
-    ("stops_at", "keeps"), [(Pose(4.0, 5.0), "east"), (Pose(2.0, 3.0), "")], ids=["there", "away"]
+    ("stops_at", "keeps"), [(Pose(4.0, 5.0), True), (Pose(2.0, 3.0), False)], ids=["there", "away"]
 )
 def test_a_robot_that_stops_on_its_way_keeps_the_charger_until_it_knows_where_it_stands(
     stops_at, keeps
@@ -413,12 +438,13 @@ def test_a_robot_that_stops_on_its_way_keeps_the_charger_until_it_knows_where_it
     harness.give_chargers(2, east="robot1")
     harness.wait(0.5)
     harness.set_state("idle")
-    as_it_brakes = harness.status.charger
+    going = harness.status
     harness.robot.set_pose(stops_at)  # It braked, and its position came late.
     harness.wait(2.0)
+    after = [s for s in harness.said(ROBOT_STATUS) if s.charger_since > going.charger_since]
 
-    assert as_it_brakes == "east"
-    assert (harness.status.charger, harness.status.at_charger) == (keeps, bool(keeps))
+    assert going.charger == "east"
+    assert (after[0].charger, after[0].at_charger) == (("east", True) if keeps else ("", False))
 
 
 def test_a_robot_that_stands_at_a_charger_of_another_asks_for_a_free_one():

@@ -55,7 +55,7 @@ BASIS = BidBasis(
     chargers=(HERE, THERE),
     pace=(2.0, 1.4, 0.6),
 )
-GRANT = Grant("dock", "robot1", 7, there=True)
+GRANT = Grant("dock", "robot1", 7.5, there=True)
 ENTRY = Entry(3, 9, (RECORD,), ("robot1#1", "robot2#1"), ("T7",), (GRANT,))
 SNAPSHOT = Snapshot(Position(2, 8), {"T1": RECORD}, ("robot1#1",), 6, {"dock": GRANT})
 
@@ -86,8 +86,8 @@ FULL = {
         carries=(20.0, 20.0, -1.0, 0.5),
         map=MapId("hall", "0a1b2c3d"),
         charger="dock",
-        grant=7,
         at_charger=True,
+        charger_since=8.5,
     ),
     "HEARTBEAT": Heartbeat(
         *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive"),
@@ -112,7 +112,6 @@ RENAMED = {
         "queued": 2,
         "map_name": "hall",
         "map_checksum": "0a1b2c3d",
-        "charger_grant": 7,
     },
     "GRANT": {"robot_id": "robot1"},
     "HEARTBEAT": {

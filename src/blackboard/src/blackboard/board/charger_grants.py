@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from blackboard.domain.charger import Grant
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -27,28 +29,24 @@ class ChargerGrants:
     def hear(self, status: RobotStatus) -> None:
         """Take back what a robot has given up, and give it what it asks for if that is free.
 
-        A status from before a grant, which comes late, does not give it up: it names a lower
-        number. A robot that has not given up one charger yet gets no other.
+        A status that comes late, after the hive has answered a newer one, changes nothing.
         """
-        robot, wanted = status.robot_id, status.charger
-        mine = [each for each in self._node.grants.values() if each.robot == robot]
-        kept = [each for each in mine if each.charger == wanted or status.grant < each.number]
-        changes = {each.charger: "" for each in mine if each not in kept}
-        given = self._node.grants.get(wanted)
-        is_news = given is None or (
-            given.robot == robot
-            and given.there != status.at_charger
-            and (status.at_charger or status.grant >= given.number)
-        )
-        if wanted and is_news and all(each.charger == wanted for each in kept):
-            changes[wanted] = robot
-        self._node.give_chargers(changes, {wanted} if status.at_charger else ())
+        wanted = Grant(status.charger, status.robot_id, status.charger_since, status.at_charger)
+        mine = [each for each in self._node.grants.values() if each.robot == wanted.robot]
+        if any(wanted.since < each.since for each in mine):
+            return
+        changes = [Grant(each.charger) for each in mine if each.charger != wanted.charger]
+        given = self._node.grants.get(wanted.charger)
+        is_free = given is None or given in mine
+        if wanted.charger and is_free and given != wanted:
+            changes.append(wanted)
+        self._node.give_chargers(tuple(changes))
 
     def look(self, is_lost: Callable[[str], bool], is_gone: Callable[[str], bool]) -> None:
         """Take chargers from robots that are lost; from one that stands there, when it is gone."""
         free = (
-            each.charger
+            Grant(each.charger)
             for each in self._node.grants.values()
             if (is_gone(each.robot) if each.there else is_lost(each.robot))
         )
-        self._node.give_chargers(dict.fromkeys(free, ""))
+        self._node.give_chargers(tuple(free))

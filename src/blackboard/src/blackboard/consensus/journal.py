@@ -332,7 +332,7 @@ class SqliteJournal:
         rows = self._database.execute("SELECT entry FROM entries ORDER BY version")
         entries = tuple(_entry(json.loads(text), self._record) for (text,) in rows)
         earlier = values.get("earlier", 0)  # Journals of older versions lack it.
-        given = (Grant(**each) for each in values.get("grants", ()))
+        given = map(_grant, values.get("grants", ()))
         grants = {each.charger: each for each in given}
         position, members = Position(*values["base"]), tuple(values["members"])
         base = Snapshot(position, known, members, earlier, grants)
@@ -514,8 +514,13 @@ def _entry(values: dict[str, Any], read: Callable[[dict[str, Any]], TaskRecord])
     records = tuple(map(read, values["records"]))
     members = None if values["members"] is None else tuple(values["members"])
     forgotten = tuple(values.get("forgotten", ()))  # Journals of older versions lack it.
-    grants = tuple(Grant(**each) for each in values.get("grants", ()))
+    grants = tuple(map(_grant, values.get("grants", ())))
     return Entry(values["epoch"], values["version"], records, members, forgotten, grants)
+
+
+def _grant(values: dict[str, Any]) -> Grant:
+    """Read a grant; in journals of older versions it answers no request that a robot repeats."""
+    return Grant(values["charger"], values["robot"], values.get("since", 0.0), values["there"])
 
 
 def _report(values: dict[str, Any]) -> TaskUpdate:

@@ -21,19 +21,19 @@ from blackboard.consensus.member import Role, has_lease, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat, Message
 from blackboard.consensus.step import Died, Propose, Tick
 from blackboard.consensus.task_list import Coalescer, committed_list
-from blackboard.domain.charger import Grant
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
 from blackboard.errors import JournalError
 from hive_common.map_id import NO_MAP, MapId
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from random import Random
 
     from blackboard.consensus.journal import HardState, Journal
     from blackboard.consensus.member import Member
     from blackboard.consensus.step import Event
     from blackboard.consensus.task_list import TaskList
+    from blackboard.domain.charger import Grant
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import RaftSettings
     from blackboard.domain.talker import Talker, Timer, Topic
@@ -241,21 +241,11 @@ class RaftNode:
             self._write_held()
             self._step(Propose((), task_ids))
 
-    def give_chargers(self, grants: Mapping[str, str], there: Collection[str] = ()) -> None:
-        """Give chargers to robots, or to nobody.
-
-        Args:
-            grants: The robot by the charger's name; empty to take the charger from its robot.
-            there: The chargers at which their robots stand.
-        """
+    def give_chargers(self, grants: tuple[Grant, ...]) -> None:
+        """Give chargers to robots; a grant to nobody takes the charger from its robot."""
         if grants and self.may_act():
             self._write_held()
-            number = self._member.log.position.version + 1
-            given = (
-                Grant(charger, robot, number, charger in there)
-                for charger, robot in grants.items()
-            )
-            self._step(Propose((), grants=tuple(given)))
+            self._step(Propose((), grants=grants))
 
     def _write_held(self) -> None:
         if self._held:

@@ -223,8 +223,9 @@ class RobotStatus:
     carries: tuple[float, ...] = ()
     map: MapId = NO_MAP  # that it uses; without a checksum it uses none, or does not say
     charger: str = ""  # that it asks for, drives to or stands at; empty for none
-    grant: int = 0  # the highest number of a grant to it that it knows; 0 for none
     at_charger: bool = False  # whether it stands at `charger`
+    # Since when it says these two, by its date [s]; what it says later has a later one.
+    charger_since: float = 0.0
 
     def most_payload(self, kind: TaskType) -> float | None:
         """Return the maximum payload for a type of task [kg]; None if it does not say.

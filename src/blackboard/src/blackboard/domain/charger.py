@@ -23,7 +23,6 @@ class Grant:
     """A charger that the hive has given to a robot (message ChargerGrant)."""
 
     charger: str  # its name
-    robot: str  # that may drive to it and stand at it; empty if nobody may any more
-    # Version of the change that says so; each change has a higher one.
-    number: int = 0
+    robot: str = ""  # that may drive to it and stand at it; empty if nobody may any more
+    since: float = 0.0  # `RobotStatus.charger_since` of the request that it answers [s]
     there: bool = False  # whether the robot stands at it, where it is in the way of all others

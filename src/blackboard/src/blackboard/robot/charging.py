@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.costing.effort import charge_to_reach
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.charger import Grant
 from blackboard.domain.settings import ChargingSettings
 from blackboard.domain.task import Task, TaskType
 from blackboard.robot.executor import CommandState
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from blackboard.costing.experience import Experience
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
-    from blackboard.domain.charger import Grant
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.talker import Talker
     from blackboard.robot.executor import CommandResult, Controller
@@ -69,7 +69,8 @@ class Charging:
 
     Attributes:
         charger: The charger that it asks for, drives to or stands at; empty for none.
-        grant: The highest number of a grant to this robot that it knows of; 0 for none.
+        is_at_charger: Whether it stands there.
+        since: Since when it says so, by its date [s]. What it says later has a later time.
 
     Args:
         service: Told when it leaves service to charge, and when it comes back.
@@ -99,8 +100,8 @@ class Charging:
         self._plan = plan = plan or ChargingPlan()
         self._experience = experience
         self.charger = ""
-        self.grant = 0
-        self._hive = ""
+        self.is_at_charger = False
+        self.since = 0.0
         self._grants: Mapping[str, Grant] = {}
         self._phase = Phase.AWAY
         self._is_sent = False
@@ -124,32 +125,29 @@ class Charging:
         """
         self._pose = self._home = pose
         self._lease, self._changed, self._tell = lease, changed, tell
+        self.since = self._talker.date()
         if not self._plan.chargers:
             return
         at = next((name for name in self._plan.chargers if self._is_at(name)), None)
         if at is not None:
-            self.charger, self._phase = at, Phase.THERE
+            self._phase = Phase.THERE
+            self._say(at, is_there=True)
             if self._battery.level < self._plan.settings.enough:
                 self._leave_service(f"charges at {at}")
 
     def hear(self, known: TaskList) -> None:
         """Take in which robot has which charger; the robot drives to none that is not its own."""
-        if known.hive != self._hive:
-            self._hive, self.grant = known.hive, 0
         self._grants = {each.charger: each for each in known.grants}
-        mine = [each.number for each in known.grants if each.robot == self._id]
-        self.grant = max([self.grant, *mine])
+        latest = max((each.since for each in known.grants if each.robot == self._id), default=0.0)
+        if latest > self.since:  # Its date was set back.
+            self.since = latest
+            self._renew()
         if self._phase is Phase.GOING and not self._is_given:
             self._halt()
         if self.charger not in {"", *self._free}:
             if self._phase is not Phase.LEAVING:
                 self._phase = Phase.AWAY
-            self._ask_for("")
-
-    @property
-    def is_at_charger(self) -> bool:
-        """Whether it stands at its charger."""
-        return self._phase in {Phase.THERE, Phase.LEAVING}
+            self._say("")
 
     @property
     def is_charging(self) -> bool:
@@ -184,7 +182,7 @@ class Charging:
         """Note where it is; a charger that it has left is free for others."""
         self._pose = pose
         if self.is_at_charger and not self._is_at(self.charger):
-            self._ask_for("")
+            self._say("")
             if self._phase is Phase.THERE:
                 self._phase = Phase.AWAY
 
@@ -209,7 +207,7 @@ class Charging:
             return
         if self._service.state is RobotState.DEFECT:
             if self._phase is Phase.AWAY:
-                self._ask_for("")
+                self._say("")
             return
         at_work = not idle
         on_its_way = self._phase in {Phase.GOING, Phase.LEAVING}
@@ -222,7 +220,7 @@ class Charging:
         elif self._phase is Phase.AWAY and self._needs_charger(idle=idle, loaded=loaded):
             self._seek(idle=idle)
         elif self._phase is Phase.AWAY:
-            self._ask_for("")
+            self._say("")
         elif self._phase is Phase.THERE and idle and self._may_leave:
             self._make_room()
 
@@ -277,14 +275,16 @@ class Charging:
     def _seek(self, *, idle: bool) -> None:
         """Ask for the nearest free charger, and go once it is this robot's.
 
-        While the list still shows a grant that it has given up, it asks for nothing. So no old
-        list can show it as the grant that it waits for.
+        Without its lease it asks for none, and anew when the lease is back: the hive may have
+        given the charger to another robot in the meantime, and its list may not show that yet.
         """
         if self._is_critical or self._is_sent:
             self._leave_service(self._what_it_waits_for())
-        if not self.charger and all(each.robot != self._id for each in self._grants.values()):
-            self._ask_for(self._nearest() or "")
-        if self._is_given and idle and self._lease.holds():
+        if not self._lease.holds():
+            self._say("")
+        elif not self.charger:
+            self._say(self._nearest() or "")
+        elif self._is_given and idle:
             self._phase = Phase.GOING
             self._leave_service(f"goes to {self.charger}")
             self._drive(self._plan.chargers[self.charger], self._arrived)
@@ -295,16 +295,22 @@ class Charging:
         taken = (f"{self._grants[name].robot} has {name}" for name in self._plan.chargers)
         return f"waits for a charger: {', '.join(taken)}"
 
-    def _ask_for(self, charger: str) -> None:
-        """Ask for a charger, or give up the one that it has asked for or has."""
-        if charger != self.charger:
-            self.charger = charger
-            self._tell()
+    def _say(self, charger: str, *, is_there: bool = False) -> None:
+        """Ask for a charger, say that it is there, or give up the one that it asked for or has."""
+        if (charger, is_there) != (self.charger, self.is_at_charger):
+            self.charger, self.is_at_charger = charger, is_there
+            self._renew()
+
+    def _renew(self) -> None:
+        """Say it as something new, which no grant from before answers."""
+        self.since = max(self._talker.date(), math.nextafter(self.since, math.inf))
+        self._tell()
 
     @property
     def _is_given(self) -> bool:
+        """Whether the list shows a grant that answers what the robot says now."""
         given = self._grants.get(self.charger)
-        return given is not None and given.robot == self._id
+        return given == Grant(self.charger, self._id, self.since)
 
     @property
     def _free(self) -> tuple[str, ...]:
@@ -329,11 +335,11 @@ class Charging:
         if result.state is CommandState.SUCCEEDED:
             self._phase = Phase.THERE
             self._leave_service(f"charges at {charger}")
-            self._tell()
+            self._say(charger, is_there=True)
         else:
             self._phase = Phase.AWAY
             self._avoided[charger] = self._talker.world.now() + _AVOID
-            self._ask_for("")
+            self._say("")
         self._changed()
 
     def _make_room(self) -> None:
@@ -370,8 +376,8 @@ class Charging:
     def _stay(self) -> None:
         """Keep the charger if the robot stands at it, and give it up otherwise."""
         self._phase = self._phase_here()
-        if self._phase is Phase.AWAY:
-            self._ask_for("")
+        is_there = self._phase is Phase.THERE
+        self._say(self.charger if is_there else "", is_there=is_there)
 
     def _leave_service(self, doing: str) -> None:
         self._service.go_charging(f"its battery is at {self._battery.level:.0%}: {doing}")

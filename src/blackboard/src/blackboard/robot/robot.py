@@ -170,8 +170,8 @@ class Robot:
             carries=self._characteristics.carries,
             map=self.maps.told(self._filter.leaders_map),
             charger=self.charging.charger,
-            grant=self.charging.grant,
             at_charger=self.charging.is_at_charger,
+            charger_since=self.charging.since,
         )
 
     @property

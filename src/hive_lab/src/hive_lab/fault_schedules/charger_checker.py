@@ -30,15 +30,15 @@ class ChargerChecker:
         self._members = members
         self._broken = broken
         self._heading: dict[str, Pose] = {}
-        self._last: dict[str, int] = {}  # number of the last grant to each robot
-        self._over: dict[str, int] = {}  # and of the last before it set off
+        self._last: dict[str, float] = {}  # `since` of the last grant to each robot
+        self._over: dict[str, float] = {}  # and of the last before it set off
         self._there: dict[str, str] = {}  # where each robot stands, as a list has shown
 
     def listed(self, grants: Mapping[str, Grant]) -> None:
         """Record what a committed list shows."""
         for each in grants.values():
-            self._last[each.robot] = max(each.number, self._last.get(each.robot, 0))
-            if each.there and each.number > self._over.get(each.robot, 0):
+            self._last[each.robot] = max(each.since, self._last.get(each.robot, 0.0))
+            if each.there and each.since > self._over.get(each.robot, 0.0):
                 self._there[each.robot] = each.charger
 
     def heads_for(self, robot: str, goal: Pose | None) -> None:
@@ -48,7 +48,7 @@ class ChargerChecker:
             return
         self._heading[robot] = goal
         self._there.pop(robot, None)
-        self._over[robot] = self._last.get(robot, 0)
+        self._over[robot] = self._last.get(robot, 0.0)
         chargers = self._members[robot].kit.charging.chargers
         charger = next((name for name, pose in chargers.items() if pose == goal), None)
         if charger is None:

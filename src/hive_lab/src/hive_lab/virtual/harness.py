@@ -235,9 +235,14 @@ class RobotHarness(_Harness):
         record = TaskRecord(task, state, robot=robot, assignment=assignment)
         self.send(SYNC, TaskList(1, version, (record,)))
 
-    def give_chargers(self, version: int, **robots: str) -> None:
-        """Publish a task list in which each charger, by name, was given to a robot, or to none."""
-        grants = tuple(Grant(name, robot, version) for name, robot in robots.items() if robot)
+    def give_chargers(self, version: int, since: float | None = None, **robots: str) -> None:
+        """Publish a task list in which each charger, by name, was given to a robot, or to none.
+
+        The grants answer what the robots have asked for since a time [s]; by default what robot1
+        asks for now.
+        """
+        asked = self.status.charger_since if since is None else since
+        grants = tuple(Grant(name, robot, asked) for name, robot in robots.items() if robot)
         self.send(SYNC, TaskList(1, version, grants=grants))
 
     def set_state(self, word: str) -> None:

@@ -162,7 +162,7 @@ UPDATE = Codec(
     _one_of("state", TaskState),
 )
 
-GRANT = Codec(bb_msgs.ChargerGrant, Grant, "charger robot=robot_id number there")
+GRANT = Codec(bb_msgs.ChargerGrant, Grant, "charger robot=robot_id since there")
 
 LIST = Codec(
     bb_msgs.BbSynch,
@@ -292,7 +292,7 @@ def _queued(tasks: Sequence[str], now: str) -> int:
 STATUS = Codec(
     bb_msgs.RobotStatus,
     RobotStatus,
-    "robot_id charge payload task_id reason sent hive charger grant=charger_grant at_charger",
+    "robot_id charge payload task_id reason sent hive charger at_charger charger_since",
     _stamped("map"),
     _one_of("state", RobotState),
     Row("pose", write=POSE.encode, read=POSE.decode),
