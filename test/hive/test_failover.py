@@ -117,7 +117,6 @@ def test_hives_that_lose_disks_or_one_of_two_voters_are_one_hive_in_the_end(seed
     outcome = run(draw(seed))
 
     assert not outcome.violation, outcome.in_full()
-    assert bool(outcome.faults["recoveries"]) == (seed in {71397, 75192})
 
 
 def test_a_person_recovers_hives_of_which_no_majority_is_left():
@@ -188,7 +187,7 @@ def test_a_freeze_of_five_seconds_costs_one_takeover():
 
 
 def test_a_short_freeze_costs_none():
-    outcome = run(schedule(Freeze(12.0, BLACKBOARD, lasts=0.8)))
+    outcome = run(schedule(Freeze(12.0, BLACKBOARD, lasts=0.4)))
 
     assert (outcome.violation, outcome.takeovers) == ("", 1)
 
@@ -199,8 +198,9 @@ def test_a_follower_that_is_cut_off_and_comes_back_disturbs_nobody():
     assert (outcome.violation, outcome.takeovers) == ("", 1)
 
 
-def test_a_quarter_of_an_hour_of_losses_costs_no_takeover():
-    found = run_with_losses(hours=0.25, loss=0.2, seed=2)
+@pytest.mark.parametrize("loss", [0.01, 0.3])
+def test_half_an_hour_of_losses_costs_no_takeover(loss):
+    found = run_with_losses(hours=0.5, loss=loss, seed=2)
 
     assert (found.takeovers, found.rivals) == ((0,), 0)
 
@@ -209,6 +209,7 @@ def test_each_of_twenty_freezes_costs_one_takeover_and_never_brings_two_leaders(
     found = run_with_freezes(20, lasts=5.0, seed=2)
 
     assert (found.takeovers, found.rivals) == ((1,) * 20, 0)
+    assert max(found.gaps) < 1.0
 
 
 def test_lost_messages_alone_cost_no_takeover():

@@ -112,13 +112,13 @@ def drive_to_a_charger_without_a_lease(patch):
 
 CAUGHT_BY = {
     drive_to_a_charger_that_was_not_given: (5, ONE_CHARGER),
-    take_an_old_grant_for_a_new_one: (105, ONE_CHARGER),
+    take_an_old_grant_for_a_new_one: (51, ONE_CHARGER),
     keep_a_request_without_a_lease: (51, ONE_CHARGER),
     give_a_charger_to_a_second_robot: (5, ONE_CHARGER),
     give_a_charger_before_a_majority_knows: "given by a minority",
-    believe_a_late_status_about_a_charger: (398, ONE_CHARGER),
+    believe_a_late_status_about_a_charger: (168, ONE_CHARGER),
     take_the_charger_at_which_a_lost_robot_stands: (140, ONE_CHARGER),
-    take_a_charger_before_the_lease_has_ended: (105, ONE_CHARGER),
+    take_a_charger_before_the_lease_has_ended: (228, ONE_CHARGER),
     drive_to_a_charger_without_a_lease: (51, ONE_CHARGER),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""

@@ -32,7 +32,7 @@ class Leader:
             epoch=1,
             role=Role.LEADER,
             leader="blackboard",
-            peers=MappingProxyType({each: Peer(1, NOW, NOW) for each in others}),
+            peers=MappingProxyType({each: Peer(1, NOW, NOW + 5.0, NOW) for each in others}),
             hive="hive1",
         )
 
@@ -179,7 +179,7 @@ def test_only_a_member_that_is_far_behind_is_sent_the_snapshot(blackboard):
 def test_one_of_two_that_goes_on_alone_commits_what_was_in_flight_to_the_other(blackboard):
     both = (VOTERS[0], VOTERS[1])
     log = Log.of(Snapshot(Position(1, 1), members=both))
-    peers = MappingProxyType({VOTERS[1]: Peer(1, NOW, NOW)})
+    peers = MappingProxyType({VOTERS[1]: Peer(1, NOW, NOW + 5.0, NOW)})
     blackboard.member = blackboard.member.evolve(log=log, peers=peers)
     blackboard.propose("T1")
 

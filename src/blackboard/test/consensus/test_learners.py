@@ -32,7 +32,7 @@ def member(role=Role.LEADER, **fields):
 
 def leader_of(**voter):
     """Return a leader that has heard others recently, and whether they are voters."""
-    peers = {f"{name}#1": Peer(1, NOW, NOW, each) for name, each in voter.items()}
+    peers = {f"{name}#1": Peer(1, NOW, NOW + 5.0, NOW, each) for name, each in voter.items()}
     return member(leader="blackboard", peers=MappingProxyType(peers))
 
 

@@ -92,13 +92,14 @@ FULL = {
     "HEARTBEAT": Heartbeat(
         *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive"),
         offline=("robot4",),
+        patience=0.75,
         map=MapId("lab", "3d2c1b0a"),
     ),
     "ENTRY": ENTRY,
     "ENTRIES": AppendEntries(
         3, "robot1#1", Position(2, 8), (ENTRY,), 5, 6.5, SNAPSHOT, "hive", to=()
     ),
-    "REPLY": AppendReply("robot1#1", 2, 3, 4.5, "hive", voter=True, members=6),
+    "REPLY": AppendReply("robot1#1", 2, 3, 4.5, "hive", voter=True, members=6, promise=0.5),
     "BALLOT": Ballot(BallotKind.VOTE, 2, "robot1#1", "robot2#1", Position(3, 4), True, 5, "hive"),
 }
 """For each table a value that differs from the defaults in every field of its message."""

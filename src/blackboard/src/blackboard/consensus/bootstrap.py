@@ -61,6 +61,7 @@ def restore(
         hard_state.epoch,
         hard_state.vote,
         heard=float("-inf") if alone else now,
+        loyal_until=float("-inf") if alone else now + settings.election,
         quiet_until=float("-inf") if alone else now + settings.election,
         version=hard_state.log.committed,
         hive=hard_state.hive,

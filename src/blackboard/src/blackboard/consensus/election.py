@@ -12,12 +12,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.leader import become_leader
-from blackboard.consensus.member import Role, enter_epoch, is_majority, name_of
+from blackboard.consensus.member import Role, be_loyal, enter_epoch, is_majority, name_of
 from blackboard.consensus.messages import Ballot, BallotKind
 
 if TYPE_CHECKING:
     from blackboard.consensus.log import Position
     from blackboard.consensus.member import Member, Step
+
+
+_LATER = 0.25
+"""The others may have heard the leader's last message this many heartbeats later. A member that
+asked them earlier would have to ask again."""
 
 
 def campaign_if_due(member: Member, now: float, chance: float) -> Step:
@@ -46,7 +51,7 @@ def _earliest_campaign(member: Member) -> float:
 
     Silence has to last for the election timeout; a leader that is proved dead is replaced at once.
     """
-    timeout = member.heard + member.settings.election
+    timeout = member.loyal_until + _LATER * member.settings.heartbeat
     due = timeout if member.died is None else min(member.died, timeout)
     return max(due, member.quiet_until, member.retry)
 
@@ -83,7 +88,7 @@ def misses_leader(member: Member, candidate: str, now: float) -> bool:
     """Return whether a member has recently heard no leader other than the candidate."""
     if member.died is not None or name_of(candidate) == member.leader:
         return True
-    return now - member.heard >= member.settings.election
+    return now >= member.loyal_until
 
 
 def is_up_to_date(member: Member, position: Position) -> bool:
@@ -129,13 +134,9 @@ def handle_vote_request(member: Member, ballot: Ballot, now: float) -> Step:
         and is_up_to_date(member, ballot.position)
     )
     if granted:
-        member = member.evolve(
-            vote=ballot.candidate,
-            leader=name_of(ballot.candidate),
-            backup="",
-            heard=now,
-            died=None,
-        )
+        leader = name_of(ballot.candidate)
+        member = member.evolve(vote=ballot.candidate, leader=leader, backup="", patience=0.0)
+        member = be_loyal(member, now)
     return member, [_reply(member, ballot, BallotKind.VOTE_REPLY, granted)]
 
 

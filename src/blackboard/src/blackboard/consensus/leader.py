@@ -19,13 +19,16 @@ from typing import TYPE_CHECKING
 from blackboard.consensus.log import Entry, Log, committed_version
 from blackboard.consensus.member import (
     UNKNOWN_PEER,
+    Contacts,
     Peer,
     Role,
     become_follower,
     has_lease,
     last_majority_contact,
+    lease_of,
     majority_of,
     name_of,
+    patience_of,
 )
 from blackboard.consensus.messages import AppendEntries, Heartbeat
 
@@ -53,11 +56,23 @@ _OVERTAKING = 0.5
 is lost if the answer to something sent that much later shows that the member does not have it."""
 
 
+_MARGIN = 3.0
+"""The members wait this many times as long as a majority's last answer has been old of late. With
+30 % of the messages lost, three members then elect no other leader for years; with 1 %, the wait
+is as short as `min_election` (docs/benchmarks.md)."""
+
+_PERIOD, _FIRST_PERIOD = 60.0, 5.0
+"""How far back "of late" goes at least; a new leader, which knows nothing yet, asks for all the
+patience there is until the first period is over [s]."""
+
+
 def become_leader(member: Member, now: float) -> Step:
     """Announce the new leader and append an empty entry, which commits everything before it."""
     known = Peer(heard=now)
     peers = {each: known for each in member.members if each != member.id}
-    peers |= {each: Peer(echo=member.asked, heard=now) for each in member.votes - {member.id}}
+    until = member.asked + lease_of(member.settings, member.settings.election)
+    voted = Peer(echo=member.asked, until=until, heard=now)
+    peers |= dict.fromkeys(member.votes - {member.id}, voted)
     member = member.evolve(
         role=Role.LEADER,
         leader=name_of(member.id),
@@ -66,6 +81,7 @@ def become_leader(member: Member, now: float) -> Step:
         votes=frozenset(),
         peers=MappingProxyType(peers),
         in_flight=0,
+        contacts=Contacts(member.settings.election, ends=now + _FIRST_PERIOD),
     )
     member, announcement = _heartbeat(member, now)
     member, messages = propose(member, now)
@@ -127,17 +143,18 @@ def handle_append_reply(member: Member, reply: AppendReply, now: float) -> Step:
     if reply.echo <= known.echo:  # A later answer with a lower version comes after a restart.
         version = max(version, known.version)
     echo = max(known.echo, min(reply.echo, now))
+    until = max(known.until, echo + lease_of(member.settings, reply.promise))
     advances = version > known.version
     # What the peer has not answered yet was sent after what it answers now.
     sent_at = max(known.sent_at, echo) if advances else known.sent_at
-    peer = Peer(version, echo, now, reply.voter, known.sent, sent_at)
+    peer = Peer(version, echo, until, now, reply.voter, known.sent, sent_at)
     member = member.evolve(peers=MappingProxyType({**member.peers, reply.member: peer}))
     return _send_waiting(advance_commit(member), now) if advances else (member, [])
 
 
 def lead(member: Member, now: float) -> Step:
     """Do what is due at every heartbeat: change members, announce, resend; or step down."""
-    changed = member
+    member = changed = _observe(member, now)
     messages: list[Message] = []
     if (members := next_members(member, now)) is not None:
         changed, messages = propose(member, now, members=members)
@@ -147,6 +164,30 @@ def lead(member: Member, now: float) -> Step:
     member, heartbeat = _heartbeat(changed, now)
     member, missing = _send_missing(member, now, learners=heartbeat.to is None)
     return member, [*messages, heartbeat, *missing]
+
+
+def insist(member: Member, now: float) -> Step:
+    """Send another heartbeat to the voters if no majority has answered the last one yet."""
+    member = _observe(member, now)
+    if last_majority_contact(member, now) >= member.beat or not has_lease(member, now):
+        return member, []
+    member, heartbeat = _heartbeat(member, now)
+    return member, [replace(heartbeat, to=_voters(member))]
+
+
+def _observe(member: Member, now: float) -> Member:
+    """Note how old a majority's last answer is, and ask for patience accordingly.
+
+    Half of the members of a hive of two cannot elect another leader, so they need not hurry.
+    """
+    settings, age = member.settings, now - last_majority_contact(member, now)
+    contacts = member.contacts
+    if now >= contacts.ends:
+        contacts = Contacts(contacts.now, ends=now + _PERIOD)
+    contacts = replace(contacts, now=max(contacts.now, age))
+    hurries = len(member.members) >= MIN_MEMBERS
+    patience = _MARGIN * contacts.oldest if hurries else settings.election
+    return member.evolve(contacts=contacts, patience=patience)
 
 
 def _send(
@@ -203,12 +244,19 @@ def _send_missing(member: Member, now: float, *, learners: bool) -> Step:
 def step_down(member: Member, now: float) -> Member:
     """Become a follower that knows no leader."""
     silent_since = min(now, last_majority_contact(member, now))
-    return become_follower(member).evolve(leader="", backup="", heard=silent_since, died=None)
+    return become_follower(member).evolve(
+        leader="",
+        backup="",
+        heard=silent_since,
+        loyal_until=silent_since + patience_of(member),
+        died=None,
+    )
 
 
 def _heartbeat(member: Member, now: float) -> tuple[Member, Heartbeat]:
     """Return the next heartbeat: always for the voters, now and then for the learners too."""
-    member = member.evolve(backup=name_backup(member, now), progress=member.progress + 1)
+    backup, progress = name_backup(member, now), member.progress + 1
+    member = member.evolve(backup=backup, progress=progress, beat=now)
     return member, Heartbeat(
         member.epoch,
         name_of(member.id),
@@ -218,6 +266,7 @@ def _heartbeat(member: Member, now: float) -> tuple[Member, Heartbeat]:
         member.log.committed,
         now,
         hive=member.hive,
+        patience=patience_of(member),
         to=_voters(member) if member.progress % LEARNER_INTERVAL else None,
     )
 

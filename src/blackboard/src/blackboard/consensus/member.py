@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from blackboard.consensus.log import Log
     from blackboard.consensus.messages import Message
@@ -37,6 +37,8 @@ class Peer:
 
     version: int = 0  # up to which it has the log on disk (Raft's matchIndex)
     echo: float = float("-inf")  # when the last message was sent that it has answered [s]
+    # Until when it elects nobody else, by the leader's clock however slow that is [s].
+    until: float = float("-inf")
     heard: float = float("-inf")  # when it was last heard [s]
     voter: bool = True  # whether it is willing to lead; a learner is not
     sent: int = 0  # version of the last entry sent to it (Raft's nextIndex - 1)
@@ -46,6 +48,23 @@ class Peer:
 
 UNKNOWN_PEER = Peer()
 """A member that the leader has not heard yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """How old a majority's last answer has become of late, while this member leads.
+
+    Two periods are kept: the one under way, and the one before.
+    """
+
+    before: float  # the oldest in the period before [s]
+    now: float = 0.0  # the oldest in this period so far [s]
+    ends: float = 0.0  # when this period ends [s]
+
+    @property
+    def oldest(self) -> float:
+        """The oldest of late [s]."""
+        return max(self.before, self.now)
 
 
 @dataclass(frozen=True)
@@ -61,6 +80,9 @@ class Member:
     leader: str = ""  # name of the leader it last heard, or of the candidate it last voted for
     backup: str = ""  # name of the member that the leader has named as its successor
     heard: float = float("-inf")  # when it last heard the leader [s]
+    # For how long the leader has asked it to wait for the next message [s]; 0 before it has.
+    patience: float = 0.0
+    loyal_until: float = float("-inf")  # it has promised to elect nobody else before then [s]
     died: float | None = None  # when the leader's process was proved dead [s]; None if it was not
     quiet_until: float = float("-inf")  # until then it neither votes nor campaigns [s]
     retry: float = float("-inf")  # it does not campaign again before then [s]
@@ -73,6 +95,8 @@ class Member:
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
     in_flight: int = 0  # version of the last entry sent to the voters, while it leads
     progress: int = 0  # heartbeats sent so far
+    beat: float = float("-inf")  # when it sent the last one [s]
+    contacts: Contacts = Contacts(0.0)  # of a leader with the others
     hive: str = ""  # id of its hive; empty while it belongs to none
     voter: bool = True  # whether it is willing to lead; a learner only holds the log
 
@@ -112,7 +136,29 @@ def majority_of(members: tuple[str, ...]) -> int:
 
 def enter_epoch(member: Member, epoch: int) -> Member:
     """Become a follower in a higher epoch, in which the member has not voted yet."""
-    return become_follower(member.evolve(epoch=epoch, vote="", version=member.log.committed))
+    version = member.log.committed
+    return become_follower(member.evolve(epoch=epoch, vote="", version=version, patience=0.0))
+
+
+def be_loyal(member: Member, now: float) -> Member:
+    """Promise to elect nobody else as long as the leader has asked for, which is heard now."""
+    until = now + patience_of(member)
+    return member.evolve(heard=now, died=None, loyal_until=max(member.loyal_until, until))
+
+
+def patience_of(member: Member) -> float:
+    """Return for how long a member waits for the leader's next message [s]."""
+    least, most = member.settings.min_election, member.settings.election
+    return min(max(member.patience, least), most) if member.patience else most
+
+
+def lease_of(settings: RaftSettings, promise: float) -> float:
+    """Return how long a leader may act after it sent what was answered by a promise [s].
+
+    Whoever promised waits for `promise` [s] by its own clock. The leader's share of that is that
+    of `self_demotion` in `election`, so that its clock may be slow and the other fast.
+    """
+    return min(promise, settings.election) * settings.self_demotion / settings.election
 
 
 def become_follower(member: Member) -> Member:
@@ -121,8 +167,8 @@ def become_follower(member: Member) -> Member:
 
 
 def has_lease(member: Member, now: float) -> bool:
-    """Return whether a leader holds the leader lease: a majority has answered it recently."""
-    return now - last_majority_contact(member, now) <= member.settings.self_demotion
+    """Return whether a leader holds the leader lease: a majority elects nobody else now."""
+    return now <= _nth(member, now, lambda peer: peer.until)
 
 
 def last_majority_contact(member: Member, now: float) -> float:
@@ -131,8 +177,13 @@ def last_majority_contact(member: Member, now: float) -> float:
     The time of sending counts, not that of the answer. A member that answers grants nobody its
     vote for a while after it heard the message, which is later than the leader sent it.
     """
-    echoes = [
-        now if each == member.id else member.peers.get(each, UNKNOWN_PEER).echo
+    return _nth(member, now, lambda peer: peer.echo)
+
+
+def _nth(member: Member, own: float, time_of: Callable[[Peer], float]) -> float:
+    """Return the latest time that a majority reaches; this member's is its `own` [s]."""
+    times = [
+        own if each == member.id else time_of(member.peers.get(each, UNKNOWN_PEER))
         for each in member.members
     ]
-    return sorted(echoes, reverse=True)[majority_of(member.members) - 1]
+    return sorted(times, reverse=True)[majority_of(member.members) - 1]

@@ -41,6 +41,9 @@ class Heartbeat:
     robot_lease: float = 0.0  # how long a robot may work after that, by its own clock [s]
     hive: str = ""
     offline: tuple[str, ...] = ()  # the robots that the leader has heard, and no longer hears
+    # How long the members wait for the next message before they elect another leader [s]; 0 for
+    # as long as the settings say.
+    patience: float = 0.0
     map: MapId = NO_MAP  # that the leader uses; without a checksum it uses none
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
@@ -80,6 +83,8 @@ class AppendReply:
     hive: str = ""  # empty while the sender belongs to none
     voter: bool = True  # whether the sender is willing to lead; a learner gets no vote
     members: int = 0  # how many members have a vote in its hive, as far as it knows
+    # For how long after what it answers the sender elects nobody else, by its own clock [s].
+    promise: float = 0.0
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 

@@ -19,7 +19,7 @@ from blackboard.consensus.bootstrap import hard_state_of, new_hive, new_id, new_
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import Role, has_lease, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat, Message
-from blackboard.consensus.step import Died, Propose, Tick
+from blackboard.consensus.step import Died, HalfTick, Propose, Tick
 from blackboard.consensus.task_list import Coalescer, committed_list
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
 from blackboard.errors import JournalError
@@ -290,8 +290,14 @@ class RaftNode:
     def _tick(self) -> None:
         if not self._pauses():
             self._step(Tick(self._random.random()))
+            if self._member.role is Role.LEADER:
+                self._talker.after(self._settings.heartbeat / 2, self._half_tick)
         elif (hard_state := self._filter.join(self._random)) is not None:
             self._restart(hard_state)
+
+    def _half_tick(self) -> None:
+        if not self._pauses():
+            self._step(HalfTick())
 
     def _pauses(self) -> bool:
         """Decide nothing while a larger hive is heard; return whether one is."""

@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING
 
 from blackboard.consensus import election, leader
 from blackboard.consensus.log import Log
-from blackboard.consensus.member import Role, become_follower, enter_epoch, has_lease, name_of
+from blackboard.consensus.member import (
+    Role,
+    be_loyal,
+    become_follower,
+    enter_epoch,
+    has_lease,
+    name_of,
+    patience_of,
+)
 from blackboard.consensus.messages import (
     MAX_EPOCH_JUMP,
     AppendEntries,
@@ -37,6 +45,11 @@ class Tick:
 
 
 @dataclass(frozen=True, slots=True)
+class HalfTick:
+    """Half a heartbeat period has passed since the leader's last `Tick`."""
+
+
+@dataclass(frozen=True, slots=True)
 class Died:
     """The process of the leader of an epoch is proved dead."""
 
@@ -53,15 +66,13 @@ class Propose:
     grants: tuple[Grant, ...] = ()
 
 
-Event = Tick | Died | Propose | Heartbeat | AppendEntries | AppendReply | Ballot
+Event = Tick | HalfTick | Died | Propose | Heartbeat | AppendEntries | AppendReply | Ballot
 
 
 def step(member: Member, event: Event, now: float) -> Step:
     """Return what a member becomes with an event, and what it sends; `now` is its clock [s]."""
-    if isinstance(event, Tick):
-        if member.role is Role.LEADER:
-            return leader.lead(member, now)
-        return election.campaign_if_due(member, now, event.chance)
+    if isinstance(event, Tick | HalfTick):
+        return _pass_time(member, event, now)
     if isinstance(event, Propose):
         records, forgotten = event.records, event.forgotten
         return leader.propose(member, now, records, forgotten=forgotten, grants=event.grants)
@@ -71,6 +82,15 @@ def step(member: Member, event: Event, now: float) -> Step:
     elif not member.epoch or event.epoch <= member.epoch + MAX_EPOCH_JUMP:
         return _receive(member, event, now)
     return member, []
+
+
+def _pass_time(member: Member, event: Tick | HalfTick, now: float) -> Step:
+    leads = member.role is Role.LEADER
+    if isinstance(event, HalfTick):
+        return leader.insist(member, now) if leads else (member, [])
+    if leads:
+        return leader.lead(member, now)
+    return election.campaign_if_due(member, now, event.chance)
 
 
 def _receive(member: Member, message: Message, now: float) -> Step:
@@ -90,7 +110,7 @@ def _receive(member: Member, message: Message, now: float) -> Step:
 
 def _handle_leader(member: Member, message: Heartbeat | AppendEntries, now: float) -> Step:
     sender = name_of(message.leader)
-    follower = _follow(member, message.epoch, sender, message.hive, now)
+    follower = _follow(member, message.epoch, sender, message.hive)
     if follower is None:
         # Tell a leader of a lower epoch that it has been replaced.
         answers = message.epoch < member.epoch
@@ -98,11 +118,12 @@ def _handle_leader(member: Member, message: Heartbeat | AppendEntries, now: floa
     kept = member.settings.kept_changes
     if isinstance(message, Heartbeat):
         log = follower.log.commit(min(message.version, follower.version), kept)
-        follower = follower.evolve(backup=message.backup, log=log)
+        follower = follower.evolve(backup=message.backup, log=log, patience=message.patience)
     elif (extended := extend(follower.log, message)) is not None:
         version = max(follower.version, message.last_version)
         log = extended.commit(min(message.committed, version), kept)
         follower = follower.evolve(log=log, version=version)
+    follower = be_loyal(follower, now)
     return follower, [_reply(follower, follower.version, message.sent, sender)]
 
 
@@ -115,11 +136,12 @@ def _reply(member: Member, version: int, echo: float, to: str) -> AppendReply:
         hive=member.hive,
         voter=member.voter,
         members=len(member.members),
+        promise=patience_of(member),
         to=(to,),
     )
 
 
-def _follow(member: Member, epoch: int, leader: str, hive: str, now: float) -> Member | None:
+def _follow(member: Member, epoch: int, leader: str, hive: str) -> Member | None:
     """Follow the leader of an epoch; None if the epoch is over, or the leader is this member.
 
     A member that belongs to no hive joins the hive of the first leader it hears.
@@ -130,7 +152,7 @@ def _follow(member: Member, epoch: int, leader: str, hive: str, now: float) -> M
         member = enter_epoch(member, epoch)
     elif member.role is not Role.FOLLOWER:
         member = become_follower(member)
-    return member.evolve(leader=leader, heard=now, died=None, hive=member.hive or hive)
+    return member.evolve(leader=leader, hive=member.hive or hive)
 
 
 def extend(log: Log, message: AppendEntries) -> Log | None:

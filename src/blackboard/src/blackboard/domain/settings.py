@@ -111,6 +111,15 @@ class RaftSettings(Settings):
         "is replaced at once.",
         allowed="at least 2, and longer than self_demotion lasts on a clock that is 1 % slow",
     )
+    min_election: float = setting(
+        0.6,
+        "s",
+        "Where members have answered quickly of late, they wait for the leader only so long",
+        "The leader asks for three times as long as it waited for the answers of a majority, from "
+        "min_election to election, and acts for the same share of it as self_demotion is of "
+        "election.",
+        allowed="at most election, which switches this off",
+    )
     stagger: float = setting(
         0.25, "s", "Delay between successive candidates", "The named backup stands first."
     )
@@ -141,6 +150,11 @@ class RaftSettings(Settings):
         if self.election < _MIN_SILENCE:
             raise SettingsError(
                 f"election is {self.election:g} s; allowed: at least {_MIN_SILENCE:g} s"
+            )
+        if self.min_election > self.election:
+            raise SettingsError(
+                f"min_election is {self.min_election:g} s; allowed: at most election, which is "
+                f"{self.election:g} s"
             )
         slow_demotion = self.self_demotion * (1 + MAX_DRIFT) / (1 - MAX_DRIFT)
         if self.election <= slow_demotion:

@@ -16,7 +16,7 @@ from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host, HostTal
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 
-_SETTLE = 5.0  # every member has a vote by then [s]
+_SETTLE = 10.0  # every member has a vote by then, and the leader knows the links [s]
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,13 @@ class LongRun:
         takeovers: How often another member became leader, for each period.
         rivals: Heartbeats during which a second member could have acted as leader.
         lost: Number of lost messages.
+        gaps: For each freeze, how long it took until another leader was heard [s].
     """
 
     takeovers: tuple[int, ...]
     rivals: int
     lost: int
+    gaps: tuple[float, ...] = ()
 
 
 class IdleHive:
@@ -42,7 +44,7 @@ class IdleHive:
         self.network = FaultyNetwork(random)
         self.network.said = self._note
         self._nodes: dict[str, RaftNode] = {}
-        self._epochs: set[int] = set()
+        self._began: dict[int, float] = {}
         self.rivals = 0
         for number in range(members):
             name = f"member{number}"
@@ -57,7 +59,11 @@ class IdleHive:
     @property
     def epochs(self) -> int:
         """How many epochs there have been."""
-        return len(self._epochs)
+        return len(self._began)
+
+    def first_heard(self, number: int) -> float:
+        """Return when the leader of an epoch, by its place in the order, was first heard [s]."""
+        return list(self._began.values())[number]
 
     def freeze_leader(self, lasts: float) -> None:
         """Suspend the leader for a while [s]."""
@@ -72,7 +78,7 @@ class IdleHive:
     def _note(self, speaker: Host, _topic: str, message: object) -> None:
         if not isinstance(message, Heartbeat):
             return
-        self._epochs.add(message.epoch)
+        self._began.setdefault(message.epoch, self.network.now)
         now = self.network.now
         able = (
             node.member.role is Role.LEADER
@@ -97,10 +103,11 @@ def run_with_freezes(
 ) -> LongRun:
     """Suspend a hive's leader a number of times, each time for `lasts`, every `apart` [s]."""
     hive = IdleHive(members, seed)
-    takeovers = []
+    takeovers, gaps = [], []
     for number in range(count):
-        before = hive.epochs
+        before, frozen = hive.epochs, hive.network.now
         hive.freeze_leader(lasts)
         hive.network.run(_SETTLE + (number + 1) * apart)
         takeovers.append(hive.epochs - before)
-    return LongRun(tuple(takeovers), hive.rivals, hive.network.counts["lost"])
+        gaps += [hive.first_heard(before) - frozen] if hive.epochs > before else []
+    return LongRun(tuple(takeovers), hive.rivals, hive.network.counts["lost"], tuple(gaps))

@@ -306,7 +306,7 @@ STATUS = Codec(
 HEARTBEAT = Codec(
     bb_msgs.BbBackup,
     Heartbeat,
-    "epoch leader=active backup progress version sent robot_lease hive",
+    "epoch leader=active backup progress version sent robot_lease hive patience",
     _stamped(),
     *_tuples("members offline"),
     _mapping("heard", "robots", "heard"),
@@ -373,7 +373,7 @@ ENTRIES = Codec(
 REPLY = Codec(
     bb_msgs.BbAck,
     AppendReply,
-    "member epoch version echo hive voter=stands_by members",
+    "member epoch version echo hive voter=stands_by members promise",
     _stamped(),
 )
 
