@@ -186,6 +186,18 @@ def act_for_longer_than_was_promised(patch):
     patch.setattr(leader, "lease_of", lambda settings, _: settings.self_demotion)
 
 
+def count_a_late_promise_from_the_last_answer(patch):
+    handle_append_reply = leader.handle_append_reply
+
+    def hasty(member, reply, now):
+        known = member.peers.get(reply.member)
+        if known is not None and known.echo > reply.echo:
+            reply = replace(reply, echo=known.echo)
+        return handle_append_reply(member, reply, now)
+
+    patch.setattr(leader, "handle_append_reply", hasty)
+
+
 def take_a_promise_back_with_the_next(patch):
     def fickle(member, now):
         return member.evolve(heard=now, died=None, loyal_until=now + patience_of(member))
@@ -273,6 +285,7 @@ CAUGHT_BY = {
     lead_on_although_an_answer_names_a_higher_epoch: "an epoch ahead",
     count_when_an_answer_came: (19, LATE),
     act_for_longer_than_was_promised: (0, STORM),
+    count_a_late_promise_from_the_last_answer: (326, LATE),
     take_a_promise_back_with_the_next: (18, STORM),
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (39, CHURN),

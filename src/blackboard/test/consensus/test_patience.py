@@ -104,6 +104,18 @@ def test_a_longer_promise_from_before_still_counts():
     assert has_lease(leader.member, BEAT + 0.99 * SHARE * 2.2)
 
 
+def test_a_longer_promise_that_is_told_late_counts_from_when_it_was_made():
+    leader = Leader()
+    for _ in range(30):
+        leader.beat(promise=0.7)
+    sent = leader.beats * BEAT
+    for each in leader.others:
+        late = AppendReply(each, 2, 2, sent - 2.0, "h", promise=2.2)
+        leader.member, _ = step(leader.member, late, sent)
+
+    assert not has_lease(leader.member, sent + 1.01 * SHARE * 0.7)
+
+
 def test_a_promise_beyond_the_setting_counts_as_the_setting():
     leader = Leader()
     for _ in range(10):

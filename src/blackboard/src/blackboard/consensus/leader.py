@@ -142,8 +142,9 @@ def handle_append_reply(member: Member, reply: AppendReply, now: float) -> Step:
     version = min(reply.version, member.log.position.version)
     if reply.echo <= known.echo:  # A later answer with a lower version comes after a restart.
         version = max(version, known.version)
-    echo = max(known.echo, min(reply.echo, now))
-    until = max(known.until, echo + lease_of(member.settings, reply.promise))
+    answered = min(reply.echo, now)
+    echo = max(known.echo, answered)
+    until = max(known.until, answered + lease_of(member.settings, reply.promise))
     advances = version > known.version
     # What the peer has not answered yet was sent after what it answers now.
     sent_at = max(known.sent_at, echo) if advances else known.sent_at
