@@ -100,13 +100,13 @@ class RaftSettings(Settings):
     self_demotion: float = setting(
         1.8,
         "s",
-        "A leader that no majority of the members has followed for longer steps down",
+        "A leader that no majority of the members has answered for longer steps down",
         allowed="at least 5 heartbeats",
     )
     election: float = setting(
         2.2,
         "s",
-        "When the leader has been silent for this long, the members elect another",
+        "Members wait at most so long for a silent leader before they elect another",
         "A process that is proved dead (its connections are gone and its port refuses new ones) "
         "is replaced at once.",
         allowed="at least 2, and longer than self_demotion lasts on a clock that is 1 % slow",
@@ -114,10 +114,9 @@ class RaftSettings(Settings):
     min_election: float = setting(
         0.6,
         "s",
-        "Where members have answered quickly of late, they wait for the leader only so long",
-        "The leader asks for three times as long as it waited for the answers of a majority, from "
-        "min_election to election, and acts for the same share of it as self_demotion is of "
-        "election.",
+        "Members wait at least so long for a silent leader",
+        "The leader asks for three times as long as answers of a majority have taken of late. "
+        "Where that is less than election, it also steps down sooner, in the same proportion.",
         allowed="at most election, which switches this off",
     )
     stagger: float = setting(
