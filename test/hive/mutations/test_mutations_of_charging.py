@@ -116,7 +116,7 @@ CAUGHT_BY = {
     keep_a_request_without_a_lease: (51, ONE_CHARGER),
     give_a_charger_to_a_second_robot: (5, ONE_CHARGER),
     give_a_charger_before_a_majority_knows: "given by a minority",
-    believe_a_late_status_about_a_charger: (168, ONE_CHARGER),
+    believe_a_late_status_about_a_charger: (778, ONE_CHARGER),
     take_the_charger_at_which_a_lost_robot_stands: (140, ONE_CHARGER),
     take_a_charger_before_the_lease_has_ended: (228, ONE_CHARGER),
     drive_to_a_charger_without_a_lease: (51, ONE_CHARGER),

@@ -230,7 +230,7 @@ CAUGHT_BY = {
     forget_reports_over_a_restart: (21, ANY),
     forget_who_has_reported: (1, STORM),
     do_not_write_hand_backs_down: "a late handback",
-    count_reports_of_any_assignment: (67, "late messages"),
+    count_reports_of_any_assignment: (158, "late messages"),
     believe_a_start_that_goes_back: "a late start",
     carry_out_an_order_again: (8, ANY),
     obey_orders_of_any_age: "a late order",

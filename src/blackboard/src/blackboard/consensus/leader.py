@@ -168,12 +168,12 @@ def lead(member: Member, now: float) -> Step:
 
 
 def insist(member: Member, now: float) -> Step:
-    """Send another heartbeat to the voters if no majority has answered the last one yet."""
+    """Send the last heartbeat again if no majority has answered it yet."""
     member = _observe(member, now)
     if last_majority_contact(member, now) >= member.beat or not has_lease(member, now):
         return member, []
-    member, heartbeat = _heartbeat(member, now)
-    return member, [replace(heartbeat, to=_voters(member))]
+    member, heartbeat = _heartbeat(member.evolve(progress=member.progress - 1), now)
+    return member, [heartbeat]
 
 
 def _observe(member: Member, now: float) -> Member:

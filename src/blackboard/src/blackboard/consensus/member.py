@@ -94,7 +94,7 @@ class Member:
     # The other members by id, while it leads.
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
     in_flight: int = 0  # version of the last entry sent to the voters, while it leads
-    progress: int = 0  # heartbeats sent so far
+    progress: int = 0  # heartbeat periods so far
     beat: float = float("-inf")  # when it sent the last one [s]
     contacts: Contacts = Contacts(0.0)  # of a leader with the others
     hive: str = ""  # id of its hive; empty while it belongs to none

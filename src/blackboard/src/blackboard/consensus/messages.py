@@ -33,7 +33,7 @@ class Heartbeat:
     # Name of the member that campaigns first when the leader dies; empty while failover is off.
     backup: str = ""
     members: tuple[str, ...] = ()  # names of all whose votes count, the leader included
-    progress: int = 0  # grows by one with every heartbeat
+    progress: int = 0  # grows by one in every period; a heartbeat that is repeated has the same
     version: int = 0  # of the task list, as far as it is committed
     sent: float = 0.0  # when the leader sent it, by its own clock [s]; acknowledgements repeat it
     # For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
