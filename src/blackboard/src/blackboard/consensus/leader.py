@@ -58,8 +58,7 @@ is lost if the answer to something sent that much later shows that the member do
 
 _MARGIN = 3.0
 """The members wait this many times as long as a majority's last answer has been old of late. With
-30 % of the messages lost, three members then elect no other leader for years; with 1 %, the wait
-is as short as `min_election` (docs/benchmarks.md)."""
+30 % of the messages lost, three members had no takeover in ten hours (docs/benchmarks.md)."""
 
 _PERIOD, _FIRST_PERIOD = 60.0, 5.0
 """How far back "of late" goes at least; a new leader, which knows nothing yet, asks for all the

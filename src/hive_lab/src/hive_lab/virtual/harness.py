@@ -238,8 +238,7 @@ class RobotHarness(_Harness):
     def give_chargers(self, version: int, since: float | None = None, **robots: str) -> None:
         """Publish a task list in which each charger, by name, was given to a robot, or to none.
 
-        The grants answer what the robots have asked for since a time [s]; by default what robot1
-        asks for now.
+        The grants answer requests that were made at a time [s], by default the last one of robot1.
         """
         asked = self.status.charger_since if since is None else since
         grants = tuple(Grant(name, robot, asked) for name, robot in robots.items() if robot)
