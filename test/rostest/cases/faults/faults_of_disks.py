@@ -8,7 +8,7 @@ import subprocess
 import pytest
 import rospy
 from blackboard.msg import TaskState
-from held_clock import PATIENT
+from held_clock import PATIENT, STEADY
 from launching import run_hive
 
 from hive_lab.live.fake_base import FakeBase
@@ -40,7 +40,7 @@ def small_disk(tmp_path_factory):
 def hive(small_disk, tmp_path_factory):
     """A hive whose blackboard node writes to the small disk, if there is one."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
-    disk = {"journal": str(small_disk)} if small_disk else {}
+    disk = STEADY | ({"journal": str(small_disk)} if small_disk else {})
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/disks/", blackboard=disk, robot=PATIENT)
     hive.drives = [FakeBase(f"/disks/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)

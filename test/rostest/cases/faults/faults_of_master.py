@@ -11,7 +11,7 @@ import pytest
 import rosgraph
 import rospy
 from blackboard.msg import TaskState
-from held_clock import PATIENT
+from held_clock import PATIENT, STEADY
 
 from blackboard.ros.master_watch import watch_master
 from hive_common.machine_clock import machine_time
@@ -40,7 +40,8 @@ def hive(master, tmp_path_factory):
     assert master.is_running
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     watch_master(lambda _state: None)
-    hive = LiveHive(tmp_path_factory.mktemp("hive"), "/master/", robot=PATIENT)
+    folder = tmp_path_factory.mktemp("hive")
+    hive = LiveHive(folder, "/master/", blackboard=STEADY, robot=PATIENT)
     hive.drives = [FakeBase(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:

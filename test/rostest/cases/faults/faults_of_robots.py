@@ -11,7 +11,7 @@ import time
 import pytest
 import rospy
 from blackboard.msg import BbSynch, TaskMsg, TaskMsgArray, TaskState
-from held_clock import PATIENT
+from held_clock import PATIENT, STEADY
 
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
@@ -34,7 +34,7 @@ def make_hive(folder, namespace, robots, **blackboard):
         namespace,
         robots,
         # Nobody who is slow is left out of an auction.
-        blackboard={"most_hand_backs": 2, "bid_timeout": 10.0, **blackboard},
+        blackboard={"most_hand_backs": 2, "bid_timeout": 10.0, **STEADY, **blackboard},
         robot={"retry_delay": 0.2, **PATIENT},
     )
     hive.drives = {r: FakeBase(f"{namespace}{r}", x=float(i)) for i, r in enumerate(robots)}

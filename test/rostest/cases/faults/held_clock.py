@@ -25,6 +25,9 @@ MOST_AT_ONCE = 0.05
 """Most time that passes between two looks [s]: a machine that stood still has lost no time."""
 PATIENT = {"server_timeout": 60.0}
 """Parameters of robots that take no base for frozen because the machine is slow."""
+STEADY = {"min_election": 2.2}
+"""Parameters of a blackboard node: a machine that stands still for a second is no reason for a
+takeover in a hive whose clock nobody holds."""
 BEHIND = 0.6
 """Whoever has answered nothing that is younger is behind [s]: three heartbeats, and far less than
 an election or a lease lasts."""

@@ -5,7 +5,7 @@ import pytest
 import rosgraph
 import rospy
 from blackboard.msg import TaskState
-from held_clock import PATIENT
+from held_clock import PATIENT, STEADY
 
 from hive_common.machine_clock import machine_time
 from hive_lab.live.fake_base import FakeBase
@@ -22,7 +22,7 @@ def hive(tmp_path_factory):
     rospy.init_node("standing_by", disable_signals=True)
     hive = LiveHive(
         tmp_path_factory.mktemp("hive"),
-        blackboard={"bid_timeout": 30.0},  # nobody who is slow is left out
+        blackboard={"bid_timeout": 30.0, **STEADY},  # nobody who is slow is left out
         robot=PATIENT,
         standing_by=2,
     )
