@@ -16,6 +16,7 @@ setup(
             "hive_lab.compare",
             "hive_lab.fault_schedules",
             "hive_lab.fault_schedules.features",
+            "hive_lab.fault_schedules.mutations",
             "hive_lab.fleets",
             "hive_lab.fuzz",
             "hive_lab.live",

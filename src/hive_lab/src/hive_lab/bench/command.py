@@ -43,7 +43,13 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "--schedules",
     type=click.IntRange(min=1),
     metavar="N",
-    help="How many are simulated, for faults.",
+    help="How many are simulated, for faults; with --mutations, for each mutation at most.",
+)
+@click.option(
+    "--mutations",
+    is_flag=True,
+    help="How many schedules it takes to notice each rule that is left out and each past mistake, "
+    "for faults.",
 )
 @click.option(
     "--messages",
@@ -122,6 +128,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench failover --runs 20
       hive bench soak --minutes 30 --resume soak.jsonl
       hive bench faults --schedules 100000 --resume faults.jsonl
+      hive bench faults --mutations
       hive bench fuzz --messages 20000 --seed 7
       hive bench flake --runs 5
       hive bench architectures --robots 10 --runs 1

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hive_lab.bench.kept_runs import KeptRuns
+from hive_lab.bench.mutations import run as search_mutations
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.features.exercised import FEATURES
@@ -106,13 +107,20 @@ def _word(name: str) -> str:
     return name.lower().replace(":", "").replace(" ", "_")
 
 
-def run(schedules: int = 1000, first: int = 0, resume: Path | None = None) -> BenchResult:
+def run(
+    schedules: int = 1000,
+    first: int = 0,
+    resume: Path | None = None,
+    *,
+    mutations: bool = False,
+) -> BenchResult:
     """Run schedules, from the seed `first` on, on all processors.
 
     Args:
         schedules: How many in all, those that `resume` knows included.
         first: The first seed.
         resume: Where the results of each piece are kept, so that a long measurement can go on.
+        mutations: Run schedules with each mutation instead; see `mutations.run`.
 
     Returns:
         Schedules per second and in all, events per second, hours of virtual time, takeovers,
@@ -125,6 +133,8 @@ def run(schedules: int = 1000, first: int = 0, resume: Path | None = None) -> Be
     Raises:
         hive_common.errors.FileError: `resume` holds something else.
     """
+    if mutations:
+        return search_mutations(schedules, resume)
     kept = KeptRuns(resume)
     pieces = {
         f"seeds {seeds.start} to {seeds.stop - 1}": seeds for seeds in _pieces(first, schedules)

@@ -125,7 +125,7 @@ BENCHES: Mapping[str, Bench] = {
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
         "bench.faults",
-        options=("schedules", "resume"),
+        options=("schedules", "mutations", "resume"),
     ),
     "failover": Bench(
         "time [s] without a leader after a crash and after a freeze, on real ROS",

@@ -35,6 +35,7 @@ from hive_lab.fault_schedules.schedule import (
     Trigger,
     WritePoint,
 )
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -79,6 +80,11 @@ def _schedule(
     return FaultSchedule(
         seed, robots, happenings, settings, board, late, far_clocks, scenario=name
     )
+
+
+def _few_asked(schedule: FaultSchedule, *kits: RobotKit) -> FaultSchedule:
+    """Return a schedule whose leader asks one robot for bids first, with robots as given."""
+    return replace(schedule, board=evolve(schedule.board, most_asked=1), kits=kits)
 
 
 # The blackboard node and robot2 both ask robot1 for its vote in epoch 2. The blackboard node wins
@@ -254,6 +260,17 @@ _RECOVERED_BESIDE = (
     Post(18.0, replace(_tour(18), id="T2")),
 )
 
+# Of the answers to the assignment of T2, one arrives, after the lease of the blackboard node has
+# ended.
+_OLD_ANSWER = (
+    Post(12.0, _another("T2")),
+    BadLinks(12.014, 0.02, Quality(late=1.0, latest=3.0)),
+    Cut(12.04, ("robot1", "robot2"), 3.0, one_way=True, others=(BLACKBOARD,)),
+)
+
+# Robot1 is restarted when it has the last change on disk and does not know that it is committed.
+_NOTHING_ELSE = (Crash(9.75, "robot1", 0.1),)
+
 _ELECTIONS = (
     _schedule("rivals", *_RIVALS, seed=1),
     _schedule(
@@ -277,6 +294,8 @@ _ELECTIONS = (
         late=(("robot4", 12.0), ("robot5", 12.5)),
     ),
     _schedule("figure 8", *_FIGURE_8),
+    _schedule("an old answer", *_OLD_ANSWER, seed=131),
+    _schedule("nothing else happens", *_NOTHING_ELSE),
 )
 
 # The blackboard node loses its disk while it is cut off, and bootstraps a second hive. When the
@@ -291,6 +310,41 @@ _SECOND_HIVE = (
     Post(19.3, _TWO_GOALS, anew=True),
 )
 
+# A second copy of the order for T1 reaches robot1 when T1 is done and forgotten, and the
+# blackboard node cannot hear that robot1 has it again.
+_FORGOTTEN_ORDER = (
+    BadLinks(8.004, 0.02, Quality(double=1.0, late=0.5, latest=3.4)),
+    Cut(10.0, ("robot1",), 3.0, one_way=True, others=(BLACKBOARD,)),
+)
+
+# Robot1, the only one that can take T2, misses the first call for bids.
+_TOO_SLOW = (
+    Cut(13.95, ("robot1",), 2.5),
+    Post(14.0, replace(_TASK, id="T2", payload=60.0, no_split=True)),
+)
+_STRONG = RobotKit(characteristics=replace(SMALL_ROBOT, payload=100.0))
+
+# T1 is cancelled while the arm of robot1 picks for it, whose process has ended. A person then says
+# that nothing is on board, and robot1 gets T2.
+_LATE_PICK = (
+    SetState(7.0, "robot2", "defect"),
+    Crash(10.05, "robot1", 0.1),
+    Cancel(10.07, "T1"),
+    SetState(10.95, "robot1", "idle"),
+    Post(11.25, replace(_PICK, id="T2")),
+)
+
+# Robot1 does T1 while its disk is full, and its process ends before anybody hears of it.
+_FULL_DISK = (
+    SetState(6.5, "robot2", "defect"),
+    FullDisk(7.5, "robot1", 20.0),
+    Cut(8.9, ("robot1",), 1.5),
+    Crash(9.9, "robot1", 0.1),
+)
+
+# Robot1 freezes in the pause before it tries a drive again, until robot2 works on T1.
+_FROZEN_PAUSE = (Freeze(12.0, "robot1", 8.0),)
+
 _WORK = (
     _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),
     _schedule("a lost load", *_LOST_LOAD, task=_PICK),
@@ -300,7 +354,15 @@ _WORK = (
     _schedule("a late word", *_LATE_WORD, task=_tour(9), keep_ended=1.0, seed=5),
     _schedule("a late handback", *_LATE_HANDBACK, task=_tour(9)),
     _schedule("second hive", *_SECOND_HIVE, robots=4, keep_ended=1.0),
+    # With other small delays, the blackboard node is back in the first hive before robot2, which
+    # has joined the second, gets a vote there.
+    _schedule("a short-lived hive", *_SECOND_HIVE, robots=4, keep_ended=1.0, seed=2000),
     _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
+    _schedule("a forgotten order", *_FORGOTTEN_ORDER, keep_ended=0.1, seed=194),
+    _few_asked(_schedule("too slow once", *_TOO_SLOW, seed=2), _STRONG, RobotKit()),
+    _schedule("a late pick", *_LATE_PICK, task=_PICK),
+    _schedule("a full disk", *_FULL_DISK),
+    _schedule("a frozen pause", *_FROZEN_PAUSE, task=_tour(9), seed=41),
 )
 
 # The leader and robot1 are cut off from the others as robot1 asks the leader for the charger, and

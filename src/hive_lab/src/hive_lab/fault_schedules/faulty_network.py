@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from blackboard.domain.talker import BB_VOTE
+from blackboard.domain.talker import BB_VOTE, SYNC
 from hive_lab.virtual.network import Subscription
 
 if TYPE_CHECKING:
@@ -148,6 +148,8 @@ class HostTalker:
         handlers = self._host.handlers.setdefault(name, [])
         handlers.append(hear)
         self._host.network.forget_listeners()
+        if topic == SYNC:
+            self._host.network.repeat_lists(self._host, hear)
         return Subscription(lambda: handlers.remove(hear))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:
@@ -235,6 +237,7 @@ class FaultyNetwork:
         self._held: list[tuple[tuple[str, str], Host, int, tuple[str, object]]] = []
         self._order = itertools.count()
         self._listeners: dict[str, list[Host]] = {}
+        self._lists: dict[str, tuple[int, object]] = {}  # by sender, the last of its process
 
     def add_host(self, name: str, rate: float = 1.0) -> Host:
         """Connect a host."""
@@ -306,6 +309,8 @@ class FaultyNetwork:
         `to` restricts which members, the hosts that listen to votes, get it.
         """
         self.said(sender, topic, message)
+        if topic == SYNC:
+            self._lists[sender.name] = sender.generation, message
         packet = (topic, message)
         quality, random = self.quality, self.random
         for host in self._listening(topic):
@@ -329,6 +334,13 @@ class FaultyNetwork:
             if quality.double and random.random() < quality.double:
                 self.counts["doubled"] += 1
                 self.schedule(_FASTEST + spread * random.random(), host, host.deliver, packet)
+
+    def repeat_lists(self, host: Host, hear: Callable[[Any], None]) -> None:
+        """Give a new listener the last task list of every process: that topic is latched."""
+        for name, (generation, known) in self._lists.items():
+            is_up = self.hosts[name].up and self.hosts[name].generation == generation
+            if is_up and (name, host.name) not in self.cut:
+                self.schedule(_INSIDE if name == host.name else _FASTEST, host, hear, known)
 
     def _listening(self, topic: str) -> list[Host]:
         found = self._listeners.get(topic)

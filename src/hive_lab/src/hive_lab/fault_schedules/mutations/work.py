@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-
-"""Rules of the log, of reports and of leases: without any of them, a schedule breaks a property.
-
-As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
-"""
+"""Rules of the log, of reports, loads and leases."""
 
 import math
 from dataclasses import replace
 
-import pytest
+from pytest import MonkeyPatch  # noqa: PT013
 
+from blackboard.auction import step as auction_step
+from blackboard.auction.auctioneer import Auctioneer
 from blackboard.board import recovery
 from blackboard.board.blackboard import Blackboard
 from blackboard.board.orders import Orders
@@ -18,7 +16,7 @@ from blackboard.consensus import leader, step
 from blackboard.consensus.lease import Lease, Leases
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
-from blackboard.domain.record import ANY_ASSIGNMENT, OrderKind, TaskRecord
+from blackboard.domain.record import ANY_ASSIGNMENT, Broadcast, OrderKind, TaskRecord
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.task import TaskState
 from blackboard.robot import drive_guard
@@ -26,6 +24,8 @@ from blackboard.robot.executor import Controller, State
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
 from blackboard.robot.reports import Reports
+from hive_lab.fault_schedules.faulty_network import Host, HostTalker
+from hive_lab.fault_schedules.mutations.mutation import Mutation
 from hive_lab.fault_schedules.simulated_arm import SimulatedArm
 from hive_lab.fault_schedules.simulated_member import Disk
 
@@ -40,6 +40,11 @@ def commit_by_count_what_an_earlier_epoch_left(patch):
         return max(log.committed, sorted(held, reverse=True)[majority - 1])
 
     patch.setattr(leader, "committed_version", count)
+
+
+def send_one_change_a_message(patch):
+    """Without it the changes of two epochs come together, and figure 8 does not occur."""
+    patch.setattr(leader, "MAX_ENTRIES", 1)
 
 
 def announce_before_a_majority_holds_it(patch):
@@ -106,7 +111,7 @@ def do_not_write_hand_backs_down(patch):
 
 
 def count_reports_of_any_assignment(patch):
-    hear = Blackboard._hear_update  # noqa: SLF001  (the rule is in it)
+    hear = Blackboard._hear_update
 
     def credulous(self, update):
         record = self._node.get(update.task_id)
@@ -139,7 +144,7 @@ def forget_reports_of_any_assignment(patch):
 
 
 def send_no_order_to_drop_what_is_cancelled(patch):
-    tell = Orders._tell  # noqa: SLF001  (all orders pass through it)
+    tell = Orders._tell
 
     def silent(self, task, robot_id, kind, *what):
         record = self._node.get(task.id)
@@ -218,44 +223,121 @@ def count_leases_from_before_the_takeover(patch):
     patch.setattr(Watch, "begin", hasty)
 
 
-STORM, ANY = "election storm", ""
+def decide_without_asking_for_the_leader_lease(patch):
+    handle = Auctioneer.handle
 
-CAUGHT_BY = {
-    commit_with_half_of_the_members: (0, STORM),
-    announce_before_a_majority_holds_it: (0, STORM),
-    answer_before_writing_to_disk: (375, STORM),
-    drop_the_journal: (2, STORM),
-    acknowledge_what_is_missing: (0, STORM),
-    keep_what_the_new_active_one_lacks: (6, STORM),
-    forget_reports_over_a_restart: (21, ANY),
-    forget_who_has_reported: (1, STORM),
-    do_not_write_hand_backs_down: "a late handback",
-    count_reports_of_any_assignment: (158, "late messages"),
-    believe_a_start_that_goes_back: "a late start",
-    carry_out_an_order_again: (8, ANY),
-    obey_orders_of_any_age: "a late order",
-    forget_reports_of_any_assignment: "a late word",
-    send_no_order_to_drop_what_is_cancelled: "another hive",
-    pick_under_another_id_after_a_restart: (8400404, ANY),
-    do_not_learn_from_an_order_that_a_pick_had_begun: (47, "lost disks"),
-    ignore_the_load_of_a_lost_robot: "a lost load",
-    work_on_without_a_lease: (370, STORM),
-    let_a_robot_that_hangs_drive_on: (34, ANY),
-    drive_on_when_the_lease_ends: (34, ANY),
-    renew_a_lease_after_its_end: (187, ANY),
-    reassign_before_the_lease_has_ended: (34, ANY),
-    leave_no_margin_after_a_lease: "end of a lease",
-    count_leases_from_before_the_takeover: (3, STORM),
-}
-"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
+    class Leads:
+        def __init__(self, node):
+            self._node = node
+
+        def __getattr__(self, name):
+            return getattr(self._node, name)
+
+        def may_act(self):
+            return True
+
+    def hasty(self, event):
+        with MonkeyPatch.context() as meanwhile:
+            meanwhile.setattr(self, "_node", Leads(self._node))
+            handle(self, event)
+
+    patch.setattr(Auctioneer, "handle", hasty)
 
 
-@pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
-def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
-    assert caught(mutate, CAUGHT_BY[mutate])
+def call_nobody_who_was_too_slow(patch):
+    ask = auction_step._ask
+
+    def silent(*what, **how):
+        state, effects = ask(*what, **how)
+        is_closed = bool(effects) and isinstance(effects[0], Broadcast)
+        return state, effects[1:] if is_closed else effects
+
+    patch.setattr(auction_step, "_ask", silent)
 
 
-def test_entries_of_an_earlier_epoch_are_not_committed_by_count(caught, monkeypatch):
-    monkeypatch.setattr(leader, "MAX_ENTRIES", 1)  # else the changes come in one message
+def carry_out_orders_for_forgotten_tasks(patch):
+    answer = Reports.answer
 
-    assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")
+    def forgetful(self, order):
+        is_known = order.task.id in self._known or order.task.id in self._open
+        return is_known and answer(self, order)
+
+    patch.setattr(Reports, "answer", forgetful)
+
+
+def let_the_arm_go_on_with_a_load_that_nobody_wants(patch):
+    patch.setattr(Controller, "stop_arm", lambda _: None)
+
+
+def begin_a_last_step_with_a_full_disk(patch):
+    patch.setattr(Loads, "check_writable", lambda _: None)
+
+
+def try_again_without_a_lease(patch):
+    next_event = Controller._next_event
+
+    def hasty(self, run):
+        return next_event(self, replace(run, may_go=lambda: True) if run.attempts else run)
+
+    patch.setattr(Controller, "_next_event", hasty)
+
+
+def stop_the_clock_while_a_machine_sleeps(patch):
+    now = HostTalker.now
+
+    def note(host, name, value):
+        asleep = getattr(host, name, False)
+        object.__setattr__(host, name, value)
+        if name == "frozen" and value != asleep:
+            since = host.network.now - getattr(host, "slept", 0.0)
+            object.__setattr__(host, "slept", since)
+
+    def stopped(self):
+        host = self._host
+        slept = host.network.now - host.slept if host.frozen else getattr(host, "slept", 0.0)
+        return now(self) - slept * host.rate
+
+    patch.setattr(Host, "__setattr__", note)
+    patch.setattr(HostTalker, "now", stopped)
+
+
+STORM, LATE, DISKS, ANY = "election storm", "late messages", "lost disks", ""
+ASLEEP = "sleeping machines"
+
+MUTATIONS = (
+    Mutation(commit_with_half_of_the_members, (0, STORM)),
+    Mutation(
+        commit_by_count_what_an_earlier_epoch_left, "figure 8", given=send_one_change_a_message
+    ),
+    Mutation(announce_before_a_majority_holds_it, (0, STORM)),
+    Mutation(answer_before_writing_to_disk, (375, STORM)),
+    Mutation(decide_without_asking_for_the_leader_lease, (24, LATE), bug="11520"),
+    Mutation(drop_the_journal, (2, STORM)),
+    Mutation(acknowledge_what_is_missing, (0, STORM)),
+    Mutation(keep_what_the_new_active_one_lacks, (6, STORM)),
+    Mutation(forget_reports_over_a_restart, (21, ANY)),
+    Mutation(forget_who_has_reported, (1, STORM)),
+    Mutation(do_not_write_hand_backs_down, "a late handback"),
+    Mutation(count_reports_of_any_assignment, (158, LATE)),
+    Mutation(believe_a_start_that_goes_back, "a late start"),
+    Mutation(carry_out_an_order_again, (8, ANY)),
+    Mutation(carry_out_orders_for_forgotten_tasks, "a forgotten order", bug="3563 lost disks"),
+    Mutation(call_nobody_who_was_too_slow, "too slow once", bug="3171 lost disks"),
+    Mutation(obey_orders_of_any_age, "a late order"),
+    Mutation(forget_reports_of_any_assignment, "a late word", bug="a late word"),
+    Mutation(send_no_order_to_drop_what_is_cancelled, "another hive"),
+    Mutation(pick_under_another_id_after_a_restart, (8400404, ANY), bug="8400404"),
+    Mutation(do_not_learn_from_an_order_that_a_pick_had_begun, (47, DISKS), bug="47 lost disks"),
+    Mutation(let_the_arm_go_on_with_a_load_that_nobody_wants, "a late pick", bug="479 lost disks"),
+    Mutation(begin_a_last_step_with_a_full_disk, "a full disk", bug="8100220"),
+    Mutation(ignore_the_load_of_a_lost_robot, "a lost load"),
+    Mutation(work_on_without_a_lease, (370, STORM)),
+    Mutation(try_again_without_a_lease, "a frozen pause", bug="35345"),
+    Mutation(let_a_robot_that_hangs_drive_on, (34, ANY), bug="34"),
+    Mutation(drive_on_when_the_lease_ends, (34, ANY)),
+    Mutation(renew_a_lease_after_its_end, (187, ANY)),
+    Mutation(reassign_before_the_lease_has_ended, (34, ANY)),
+    Mutation(leave_no_margin_after_a_lease, "end of a lease"),
+    Mutation(count_leases_from_before_the_takeover, (3, STORM)),
+    Mutation(stop_the_clock_while_a_machine_sleeps, (0, ASLEEP), bug="0 sleeping machines"),
+)
