@@ -136,6 +136,14 @@ def test_full_and_slow_disks_break_no_property():
     assert not broken, broken[0].in_full()
 
 
+def test_disks_that_lose_with_the_power_what_they_confirmed_break_no_property():
+    outcomes = [run(draw(seed, "lying disks")) for seed in range(24)]
+    broken = [outcome for outcome in outcomes if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+    assert sum(bool(outcome.faults["writes lost"]) for outcome in outcomes) > 3
+
+
 def test_splits_that_are_undone_break_no_property():
     outcomes = [run(draw(seed, STRONG_ROBOT)) for seed in range(24)]
     broken = [outcome for outcome in outcomes if outcome.violation]

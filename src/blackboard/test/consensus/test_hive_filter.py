@@ -76,6 +76,16 @@ def test_a_member_without_a_vote_joins_a_larger_hive():
     assert (member.node.hive, member.node.epoch) == ("hive2", 1)
 
 
+def test_a_member_stays_in_a_hive_that_has_become_the_larger_one():
+    member = Member()
+    member.hear_beats("hive1", 4, seconds=1.0, members=("robot4",))
+
+    member.network.send(BACKUP, Heartbeat(1, "robot1", members=("robot1",), hive="hive2"))
+    member.hear_beats("hive1", 4, seconds=1.0, members=("robot4", "robot5"))
+
+    assert member.node.hive == "hive1"
+
+
 @pytest.mark.parametrize(
     ("hive", "epoch", "is_obeyed"),
     [("hive1", 4, True), ("hive1", 5, True), ("hive1", 3, False), ("hive2", 9, False)],

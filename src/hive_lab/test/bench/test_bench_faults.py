@@ -3,7 +3,7 @@ import pytest
 
 pytest.importorskip("blackboard.msg", reason="needs generated messages")
 
-from hive_lab.bench import faults
+from hive_lab.bench import faults, mutations
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.run import run as run_schedule
 from hive_lab.live.soak import added_up
@@ -49,6 +49,31 @@ def test_pieces_of_another_program_are_named(simulated, tmp_path, monkeypatch, c
 
     assert "the commits: abc1234, def5678" in capsys.readouterr().err
     assert simulated == [0, 1, 2, 3]
+
+
+def test_a_mutation_that_no_schedule_notices_breaks_the_measurement(monkeypatch, capsys):
+    two = [each for each in mutations.MUTATIONS if each.where in {"rivals", "late vote"}]
+    monkeypatch.setattr(mutations, "MUTATIONS", two)
+
+    missed, found = faults.run(1, mutations=True), faults.run(9, mutations=True)
+
+    assert (missed.figures["not_noticed"], missed.broken) == (1, True)
+    assert (found.figures["not_noticed"], found.broken) == (0, False)
+    assert found.figures["schedules_to_vote_twice_in_an_epoch"] == 1
+    assert (
+        found.figures["most_schedules"] == found.figures["schedules_to_count_a_vote_however_late"]
+    )
+    assert "count a vote however late: NOT noticed\n" in capsys.readouterr().err
+
+
+def test_a_search_for_a_mutation_goes_on_where_it_was(monkeypatch, tmp_path):
+    file = tmp_path / "mutations.jsonl"
+    one = [each for each in mutations.MUTATIONS if each.where == "rivals"]
+    monkeypatch.setattr(mutations, "MUTATIONS", one)
+    first = faults.run(1, mutations=True, resume=file)
+    monkeypatch.setattr(mutations, "search", None)
+
+    assert faults.run(1, mutations=True, resume=file) == first
 
 
 def test_pieces_of_a_soak_add_up_and_the_largest_growth_counts():

@@ -9,6 +9,7 @@ join that.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.consensus.bootstrap import Handover, new_member
@@ -103,7 +104,7 @@ class MemberFilter:
         self._timeout = timeout
         self._patience = patience
         self._told_of: dict[str, tuple[float, float]] = {}
-        self._larger: tuple[str, float] | None = None
+        self._larger: tuple[str, float, float] | None = None  # its id, its size, and when heard
         self._own_size = 0
         self._handover: Handover | None = None
         self._warned: set[str] = set()
@@ -143,7 +144,7 @@ class MemberFilter:
         """Id of the hive for which this one pauses now; empty if it does not."""
         if self._larger is None:
             return ""
-        hive, heard = self._larger
+        hive, _, heard = self._larger
         return hive if self._talker.now() - heard < self._timeout else ""
 
     def pauses(self, own: Member) -> bool:
@@ -152,6 +153,8 @@ class MemberFilter:
         Only a member without a vote may join, or the only member of its hive; and every member of
         a hive that was recovered as the larger one.
         """
+        if self._larger is not None and not self._is_larger(*self._larger[:2], own):
+            self._larger = None  # this hive has grown since
         larger = self.larger_hive
         recovered = succeeds(larger, own.hive) and larger not in self._needless
         if not larger:
@@ -203,7 +206,7 @@ class MemberFilter:
         answers the heartbeats that it hears from there.
         """
         other, now = message.hive, self._talker.now()
-        pauses = (_size(message), other) > (self._size_of(own), own.hive)
+        pauses = self._is_larger(other, _size(message), own)
         if isinstance(message, Heartbeat):
             self._told_of.pop(other, None)
         elif own.role is not Role.LEADER or not now - self._timeout <= message.echo <= now:
@@ -211,7 +214,7 @@ class MemberFilter:
         elif self._told_for(other, now) > self._patience:
             return  # it may never have a leader again
         if pauses:
-            self._larger = other, now
+            self._larger = other, _size(message), now
         elif isinstance(message, Heartbeat):
             self._tell_of(own, message.leader, message.sent)
         if other in self._warned:
@@ -259,7 +262,7 @@ class MemberFilter:
         now = self._talker.now()
         if now - own.heard <= self._patience:
             return
-        self._larger = other, now
+        self._larger = other, math.inf, now
         if other in self._warned:
             return
         self._warned.add(other)
@@ -280,6 +283,10 @@ class MemberFilter:
             first = now
         self._told_of[other] = first, now
         return now - first
+
+    def _is_larger(self, other: str, size: float, own: Member) -> bool:
+        """Return whether a hive of a size, rather than this one, goes on when the two meet."""
+        return (size, other) > (self._size_of(own), own.hive)
 
     def _size_of(self, own: Member) -> int:
         """Return how many members this member's hive has."""

@@ -358,6 +358,14 @@ _WORK = (
     # has joined the second, gets a vote there.
     _schedule("a short-lived hive", *_SECOND_HIVE, robots=4, keep_ended=1.0, seed=2000),
     _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
+    # Robot1 gives way to the other hive just before its own has two members. Only then the
+    # blackboard node hears of robot1's hive, and gives way to that.
+    _schedule(
+        "swapped hives",
+        *(each for each in _OTHER_HIVE if not isinstance(each, Cancel)),
+        task=_tour(18, 0.5),
+        seed=34,
+    ),
     _schedule("a forgotten order", *_FORGOTTEN_ORDER, keep_ended=0.1, seed=194),
     _few_asked(_schedule("too slow once", *_TOO_SLOW, seed=2), _STRONG, RobotKit()),
     _schedule("a late pick", *_LATE_PICK, task=_PICK),

@@ -20,6 +20,7 @@ from hive_lab.fault_schedules.schedule import (
     Freeze,
     FullDisk,
     Loss,
+    LyingDisk,
     PowerCut,
     SlowDisk,
     Strike,
@@ -67,7 +68,7 @@ class FaultInjector:
             self._bad_links.append(fault)
             self._network.quality = fault.quality
             self._network.schedule(fault.lasts, None, self._mend, fault)
-        elif isinstance(fault, FullDisk | SlowDisk):
+        elif isinstance(fault, FullDisk | LyingDisk | SlowDisk):
             self._spoil(fault)
         elif isinstance(fault, Strike):
             self._strikes.append(fault)
@@ -108,7 +109,7 @@ class FaultInjector:
         self._apply_cuts(None)
         for member in self._members.values():
             member.disk.crashes = member.disk.full = False
-            member.disk.takes = 0.0
+            member.disk.takes = member.disk.lag = 0.0
             if member.host.frozen:
                 self._thaw((member.host, member.host.generation))
             self.boot(member)
@@ -154,9 +155,11 @@ class FaultInjector:
         else:
             self._cut_off(replace(fault, members=(name,)))
 
-    def _spoil(self, fault: FullDisk | SlowDisk) -> None:
+    def _spoil(self, fault: FullDisk | LyingDisk | SlowDisk) -> None:
         disk = self._members[self._who(fault.member)].disk
-        if isinstance(fault, SlowDisk):
+        if isinstance(fault, LyingDisk):
+            disk.lag = fault.lag
+        elif isinstance(fault, SlowDisk):
             disk.takes = fault.takes
             self._network.schedule(fault.lasts, None, self._speed_up, disk)
         else:
@@ -196,6 +199,8 @@ class FaultInjector:
         member = self._members[crash.member]
         if (crash.back_after is None or crash.disk_lost) and self._would_lose_majority(member):
             crash = replace(crash, back_after=crash.back_after or 1.0, disk_lost=False)
+        if crash.power and not self._survives_power_loss(member):
+            crash = replace(crash, power=False)
         self._stop_process(crash)
 
     def _stop_process(self, crash: Crash) -> None:
@@ -203,6 +208,8 @@ class FaultInjector:
         if member.host.up:
             member.host.crash()
         self._checker.after_event(member.host)
+        if crash.power:
+            member.base.cancel()
         member.base.process_ended()
         self._stop(member)
         if member.disk.filled_up:
@@ -212,6 +219,10 @@ class FaultInjector:
             self._checker.disk_lost(member.name, member.disk.hard_state)
             member.disk.hard_state, member.disk.reports = None, ()
             member.disk.hold = Hold()
+        before = member.disk.hard_state
+        if crash.power and member.disk.lose_power():
+            self.faults["writes lost"] += 1
+            self._checker.disk_lost(member.name, before)
         if crash.back_after is None:
             member.gone = True
         else:
@@ -240,6 +251,27 @@ class FaultInjector:
                 if sum(one in disks for one in listed) < majority_of(listed):
                     return True
         return False
+
+    def _survives_power_loss(self, member: SimulatedMember) -> bool:
+        """Return whether the protocol survives what a lying disk would lose now.
+
+        No vote may be forgotten, and a majority has to keep what is committed.
+        """
+        claimed, kept = member.disk.hard_state, member.disk.after_power_loss
+        if claimed is None or kept is None:
+            return claimed is kept
+        if (claimed.epoch, claimed.vote) != (kept.epoch, kept.vote):
+            return False
+        logs = [each.node.member.log for each in self._members.values() if each.node is not None]
+        of_hive = [log for log in logs if log.at(claimed.log.committed) is not None]
+        newest = max([claimed.log, *of_hive], key=lambda log: log.committed)
+        version, position = newest.committed, newest.at(newest.committed)
+        disks = [each.disk.hard_state for each in self._members.values() if each is not member]
+        holders = {
+            each.member for each in (*disks, kept) if each and each.log.at(version) == position
+        }
+        lists = (newest.latest.members, newest.stable.members)
+        return all(sum(one in holders for one in each) >= majority_of(each) for each in lists)
 
     def _freeze(self, freeze: Freeze) -> None:
         member = self._members[freeze.member]

@@ -28,6 +28,7 @@ from hive_lab.fault_schedules.schedule import (
     Freeze,
     FullDisk,
     Loss,
+    LyingDisk,
     Post,
     Recover,
     SetState,
@@ -259,6 +260,25 @@ def _bad_disks(random: Random) -> Setting:
     return Setting(robots, faults, _close(random))
 
 
+def _lying_disks(random: Random) -> Setting:
+    """Have disks confirm writes too early, and cut the power of single machines."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    liars = random.sample(members, random.randint(1, len(members)))
+    faults: list[Happening] = [LyingDisk(0.0, who, random.choice([0.03, 0.3])) for who in liars]
+    for at in _times(random, 5):
+        lasts = _short(random)
+        if random.choice([True, False]):
+            who = random.choice([LEADER, *members])
+            faults.append(Crash(at, who, lasts, power=True))
+        else:
+            loss = Crash(0.0, "", lasts, power=True)
+            faults.append(Strike(at, random.choice(list(Trigger)), loss, WritePoint.AFTER))
+        if random.choice([True, False]):
+            faults.append(_unseat(random, at + random.uniform(0.0, 0.5), members))
+    return Setting(robots, faults, _close(random))
+
+
 def _sleeping_machines(random: Random) -> Setting:
     """Suspend machines, whose clocks go on, and lose or hold what is sent to them meanwhile."""
     robots = random.randint(2, 4)
@@ -374,6 +394,7 @@ SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
 ASIDE: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "bad disks": _bad_disks,
+        "lying disks": _lying_disks,
         "no majority left": _no_majority,
         ONE_CHARGER: _one_charger,
         "sleeping machines": _sleeping_machines,

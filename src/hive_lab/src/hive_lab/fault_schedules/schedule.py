@@ -42,9 +42,11 @@ class Crash:
     back_after: float | None
     disk_lost: bool = False
     while_writing: bool = False
+    power: bool = False  # its machine loses power, and its disk what it only claims to have
 
     def __str__(self) -> str:
         how = " at its next write to disk" if self.while_writing else ""
+        how += ", as its machine loses power," if self.power else ""
         disk = " without its disk" if self.disk_lost else ""
         back = (
             "for ever"
@@ -129,6 +131,19 @@ class SlowDisk:
     def __str__(self) -> str:
         takes = f"takes {self.takes * 1000:.0f} ms for a write for {self.lasts:.2f} s"
         return f"{self.at:6.2f} the disk of {self.member} {takes}"
+
+
+@dataclass(frozen=True, slots=True)
+class LyingDisk:
+    """A member's disk confirms each write some time before it would survive a loss of power."""
+
+    at: float
+    member: str
+    lag: float
+
+    def __str__(self) -> str:
+        lag = f"{self.lag * 1000:.0f} ms before they are on it"
+        return f"{self.at:6.2f} from now on the disk of {self.member} confirms writes {lag}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,6 +272,7 @@ Happening = (
     | BadLinks
     | FullDisk
     | SlowDisk
+    | LyingDisk
     | PowerCut
     | Strike
     | Loss

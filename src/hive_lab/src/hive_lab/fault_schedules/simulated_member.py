@@ -51,6 +51,8 @@ class Disk(MemoryJournal):
         crashes: Whether the host crashes at the next write, before anything is written.
         full: Whether nothing can be written.
         takes: How long each write holds the process up [s].
+        lag: A write survives a loss of power only so long after it was confirmed [s].
+        now: Returns the true time [s].
         hold_up: Called with the time that a write takes [s].
         filled_up: Whether a report could not be written of a step that began while there was room.
         watched_by: Gets the state before and after a write; returns whether and when to crash.
@@ -59,8 +61,13 @@ class Disk(MemoryJournal):
     crashes: bool = False
     full: bool = False
     takes: float = 0.0
+    lag: float = 0.0
     filled_up: bool = False
     _had_room: bool = True
+    _cached: list[tuple[float, HardState | None, tuple[TaskUpdate, ...], Hold]] = field(
+        default_factory=list
+    )  # until when a write is in the disk's cache only, and what was there before
+    now: Callable[[], float] = lambda: 0.0
     hold_up: Callable[[float], None] = lambda _: None
     watched_by: Callable[[HardState | None, HardState], WritePoint] = lambda *_: WritePoint.AFTER
 
@@ -95,6 +102,25 @@ class Disk(MemoryJournal):
             raise JournalError("no space left on device")
         if self.takes:
             self.hold_up(self.takes)
+        if self.lag:
+            now = self.now()
+            self._cached = [each for each in self._cached if each[0] > now]
+            self._cached.append((now + self.lag, self.hard_state, self.reports, self.hold))
+
+    @property
+    def after_power_loss(self) -> HardState | None:
+        """The hard state that is left if the power fails now."""
+        now = self.now()
+        return next((state for until, state, *_ in self._cached if until > now), self.hard_state)
+
+    def lose_power(self) -> bool:
+        """Lose what is in the cache only; return whether that is anything."""
+        now = self.now()
+        lost = [each for each in self._cached if each[0] > now]
+        self._cached = []
+        if lost:
+            _, self.hard_state, self.reports, self.hold = lost[0]
+        return bool(lost)
 
 
 class Drive:
@@ -241,6 +267,7 @@ class SimulatedMember:
         self.base = SimulatedBase(self.host)
         self.arm = SimulatedArm(self.host)
         self.disk.hold_up = self.host.hold_up
+        self.disk.now = lambda: self.host.network.now
 
     @property
     def name(self) -> str:

@@ -3,6 +3,8 @@
 
 from dataclasses import replace
 
+from pytest import MonkeyPatch  # noqa: PT013
+
 from blackboard.consensus import hive_filter
 from blackboard.consensus.bootstrap import Handover
 from blackboard.consensus.hive_filter import MemberFilter
@@ -43,6 +45,17 @@ def stay_without_a_vote_in_a_smaller_hive(patch):
     patch.setattr(hive_filter, "_may_leave", lambda own: own.members == (own.id,))
 
 
+def leave_for_a_hive_that_is_smaller_by_now(patch):
+    pauses = MemberFilter.pauses
+
+    def hasty(self, own):
+        with MonkeyPatch.context() as meanwhile:
+            meanwhile.setattr(MemberFilter, "_is_larger", lambda *_: True)
+            return pauses(self, own)
+
+    patch.setattr(MemberFilter, "pauses", hasty)
+
+
 def wait_for_an_epoch_of_the_hive_before(patch):
     begin_anew = Lease.begin_anew
 
@@ -60,5 +73,6 @@ MUTATIONS = (
     Mutation(give_way_only_to_a_leader, "second hive", bug="second hive"),
     Mutation(take_any_list_for_the_other_hives, (1, "a founder alone"), bug="3073"),
     Mutation(stay_without_a_vote_in_a_smaller_hive, "a short-lived hive", bug="3153"),
+    Mutation(leave_for_a_hive_that_is_smaller_by_now, "swapped hives", bug="swapped hives"),
     Mutation(wait_for_an_epoch_of_the_hive_before, "another hive", bug="7979"),
 )
