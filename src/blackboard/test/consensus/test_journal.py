@@ -2,6 +2,7 @@
 """A journal returns what was written, and destroys nothing that it cannot read."""
 
 import json
+import math
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -180,6 +181,26 @@ def test_the_next_process_reads_what_may_be_on_board(path):
     journal.save_hold(hold)
 
     assert again(journal, path).load_hold() == hold
+
+
+def test_the_next_process_knows_where_the_robot_goes_from_a_charger(path):
+    journal = SqliteJournal(path)
+    assert journal.load_home() is None
+    journal.save_home(Pose(1.0, 2.0))
+    journal.save_home(Pose(3.0, 4.0, 0.5))
+
+    assert again(journal, path).load_home() == Pose(3.0, 4.0, 0.5)
+
+
+def test_a_file_with_a_home_that_is_no_place_is_set_aside(path):
+    journal = SqliteJournal(path)
+    journal.save_home(Pose(1.0, math.nan))
+    journal.close()
+
+    again = SqliteJournal(path)
+
+    assert again.set_aside
+    assert again.load_home() is None
 
 
 def test_a_damaged_file_is_renamed_unchanged(path):

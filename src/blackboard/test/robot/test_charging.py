@@ -7,11 +7,12 @@ from itertools import combinations
 import pytest
 from attrs import evolve
 
+from blackboard.consensus.journal import MemoryJournal
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.settings import BlackboardSettings, ChargingSettings
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.errors import SettingsError
+from blackboard.errors import JournalError, SettingsError
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
@@ -476,6 +477,37 @@ def test_the_charger_of_a_robot_that_died_there_is_free_when_the_hive_has_forgot
     hive.network.run(HOUR)
 
     assert (at_first, goals(hive, "robot2")) == ([], [EAST])
+
+
+def test_a_robot_that_restarts_where_it_charges_goes_back_to_where_it_started():
+    journal, hive = MemoryJournal(), Hive()
+    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE, journal=journal)
+    hive.network.run(20.0)
+    hive.add_robot("robot1", EAST, charge=0.5, charging=ONE, journal=journal)
+    hive.network.run(HOUR)
+
+    assert goals(hive) == [HERE]
+
+
+def test_a_robot_that_starts_at_a_charger_and_knows_no_other_place_stays_there():
+    hive = Hive()
+    hive.add_robot("robot1", EAST, charge=0.5, charging=ONE)
+    hive.network.run(HOUR)
+
+    assert goals(hive) == []
+
+
+def test_a_robot_whose_disk_is_full_charges_and_says_what_it_may_forget():
+    class FullDisk(MemoryJournal):
+        def save_home(self, _):
+            raise JournalError("no space left on device")
+
+    hive = Hive()
+    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE, journal=FullDisk())
+    hive.network.run(HOUR)
+
+    assert goals(hive) == [EAST, HERE]
+    assert "may forget where it comes from" in hive.talkers["robot1"].warnings[0]
 
 
 def test_a_robot_that_died_at_a_charger_and_starts_elsewhere_gives_the_charger_up():

@@ -73,6 +73,12 @@ class Journal(Protocol):
     def save_experience(self, content: object) -> None:
         """Replace what the robot has learned, plain data; raises as `save` does."""
 
+    def load_home(self) -> Pose | None:
+        """Return where the robot goes from a charger [map frame]; None if nothing was saved."""
+
+    def save_home(self, home: Pose) -> None:
+        """Replace where the robot goes from a charger; raises as `save` does."""
+
 
 @dataclass
 class MemoryJournal:
@@ -82,6 +88,7 @@ class MemoryJournal:
     reports: tuple[TaskUpdate, ...] = field(default=())
     hold: Hold = field(default_factory=Hold)
     experience: object = None
+    home: Pose | None = None
 
     def load(self) -> HardState | None:
         """Return the hard state written last."""
@@ -115,6 +122,14 @@ class MemoryJournal:
         """Replace what the robot has learned."""
         self.experience = content
 
+    def load_home(self) -> Pose | None:
+        """Return where the robot goes from a charger."""
+        return self.home
+
+    def save_home(self, home: Pose) -> None:
+        """Replace where the robot goes from a charger."""
+        self.home = home
+
 
 _Read = TypeVar("_Read")
 _LOCK_TIME = 1.0  # that a program waits for others which have a journal open [s]
@@ -124,6 +139,7 @@ _HOLD = "CREATE TABLE IF NOT EXISTS hold (one INTEGER PRIMARY KEY, hold TEXT NOT
 _EXPERIENCE = (
     "CREATE TABLE IF NOT EXISTS experience (one INTEGER PRIMARY KEY, experience TEXT NOT NULL)"
 )
+_HOME = "CREATE TABLE IF NOT EXISTS home (one INTEGER PRIMARY KEY, home TEXT NOT NULL)"
 _TABLES = f"""
 CREATE TABLE self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE records
@@ -167,6 +183,7 @@ class SqliteJournal:
                 self.load_reports()
                 self.load_hold()
                 self.load_experience()
+                self.load_home()
             except JournalError:
                 self._database.close()
                 raise
@@ -233,6 +250,17 @@ class SqliteJournal:
             row = (json.dumps(content),)
             self._database.execute("INSERT OR REPLACE INTO experience VALUES (1, ?)", row)
 
+    def load_home(self) -> Pose | None:
+        """Return where the robot goes from a charger."""
+        row = self._database.execute("SELECT home FROM home").fetchone()
+        return None if row is None else _home(json.loads(row[0]))
+
+    def save_home(self, home: Pose) -> None:
+        """Replace where the robot goes from a charger."""
+        with self._transaction():
+            row = (json.dumps(home._asdict()),)
+            self._database.execute("INSERT OR REPLACE INTO home VALUES (1, ?)", row)
+
     def close(self) -> None:
         """Close the file."""
         self._database.close()
@@ -249,6 +277,7 @@ class SqliteJournal:
             # Journals of older versions lack these.
             database.execute(_HOLD)
             database.execute(_EXPERIENCE)
+            database.execute(_HOME)
         except BaseException:
             database.close()
             raise
@@ -529,6 +558,13 @@ def _report(values: dict[str, Any]) -> TaskUpdate:
 
 def _hold(values: dict[str, Any]) -> Hold:
     return Hold(tuple(Load(**load) for load in values["loads"]), values["sure"])
+
+
+def _home(values: dict[str, Any]) -> Pose:
+    home = Pose(**values)
+    if home.flaw:
+        raise ValueError(home.flaw)
+    return home
 
 
 def _record(values: dict[str, Any]) -> TaskRecord:

@@ -12,16 +12,19 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
+from blackboard.consensus.journal import MemoryJournal
 from blackboard.costing.effort import charge_to_reach
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.charger import Grant
 from blackboard.domain.settings import ChargingSettings
 from blackboard.domain.task import Task, TaskType
+from blackboard.errors import JournalError
 from blackboard.robot.executor import CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from blackboard.consensus.journal import Journal
     from blackboard.consensus.task_list import TaskList
     from blackboard.costing.experience import Experience
     from blackboard.domain.battery import Battery
@@ -76,6 +79,7 @@ class Charging:
         service: Told when it leaves service to charge, and when it comes back.
         plan: Where and when it charges; by default only where a person sets it to.
         experience: Tells what the drive to a charger draws; the formula by default.
+        journal: Keeps where it goes when it is full; by default nothing does.
     """
 
     def __init__(
@@ -89,8 +93,10 @@ class Charging:
         service: Service,
         plan: ChargingPlan | None = None,
         experience: Experience | None = None,
+        journal: Journal | None = None,
     ) -> None:
         self._talker = talker
+        self._journal = journal or MemoryJournal()
         self._id = robot_id
         self._body = body
         self._battery = battery
@@ -118,7 +124,8 @@ class Charging:
         """Begin to decide.
 
         Args:
-            pose: Where the robot is now, and where it goes when it is full [map frame].
+            pose: Where the robot is now, and where it goes when it is full, unless it starts at a
+                charger and knows another place from before [map frame].
             lease: The robot drives only while it holds.
             changed: Called when there is something new to consider.
             tell: Called when the status says something else about chargers than before.
@@ -129,11 +136,24 @@ class Charging:
         if not self._plan.chargers:
             return
         at = next((name for name in self._plan.chargers if self._is_at(name)), None)
-        if at is not None:
+        if at is None:
+            self._keep_home(pose)
+        else:
+            self._home = self._journal.load_home() or pose
             self._phase = Phase.THERE
             self._say(at, is_there=True)
             if self._battery.level < self._plan.settings.enough:
                 self._leave_service(f"charges at {at}")
+
+    def _keep_home(self, home: Pose) -> None:
+        """Write down where the robot goes when it is full: it may be restarted at a charger."""
+        if self._journal.load_home() == home:
+            return
+        try:
+            self._journal.save_home(home)
+        except JournalError as error:
+            what = "if it restarts at a charger, it stays there when it is full"
+            self._talker.warn(f"{self._id} may forget where it comes from: {what}: {error}")
 
     def hear(self, known: TaskList) -> None:
         """Take in which robot has which charger; the robot drives to none that is not its own."""

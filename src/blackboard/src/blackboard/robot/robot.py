@@ -133,6 +133,7 @@ class Robot:
             service,
             plan,
             self.learning.experience,
+            journal,
         )
         self._unloading = Unloading(service, self._loads, controller)
         self._respondent = Respondent(

@@ -218,7 +218,7 @@ class FaultInjector:
             self.faults["disks lost"] += 1
             self._checker.disk_lost(member.name, member.disk.hard_state)
             member.disk.hard_state, member.disk.reports = None, ()
-            member.disk.hold = Hold()
+            member.disk.hold, member.disk.home = Hold(), None
         before = member.disk.hard_state
         if crash.power and member.disk.lose_power():
             self.faults["writes lost"] += 1

@@ -254,6 +254,7 @@ class Hive:
         cost_model: str = "report",
         charging: ChargingPlan | None = None,
         aging: float = 120.0,
+        journal: Journal | None = None,
     ) -> Robot:
         """Add a robot, or restart its process.
 
@@ -273,6 +274,7 @@ class Hive:
             path_lengths=path_lengths,
             settings=RobotSettings(cost_model=cost_model, aging=aging),
             charging=charging,
+            journal=journal,
         )
         command.arrive = robot.set_pose
         robot.start()
