@@ -86,6 +86,20 @@ def test_a_member_stays_in_a_hive_that_has_become_the_larger_one():
     assert member.node.hive == "hive1"
 
 
+def test_a_hive_decides_again_at_once_when_the_larger_one_has_lost_members():
+    member = Member("blackboard", bootstrap=True)
+    member.network.run(3.0)
+    own = member.node.hive
+    for members in (OTHERS, ()):
+        beat = Heartbeat(1, "robot1", members=members, hive="0")
+        member.network.send(BACKUP, beat)
+        member.network.run(0.01)
+
+    member.network.run(0.3)
+
+    assert member.node.hive == own
+
+
 @pytest.mark.parametrize(
     ("hive", "epoch", "is_obeyed"),
     [("hive1", 4, True), ("hive1", 5, True), ("hive1", 3, False), ("hive2", 9, False)],

@@ -41,10 +41,10 @@ def test_a_measurement_of_faults_goes_on_where_it_was_and_adds_up(simulated, tmp
 
 def test_pieces_of_another_program_are_named(simulated, tmp_path, monkeypatch, capsys):
     file = tmp_path / "faults.jsonl"
-    monkeypatch.setattr(faults, "_tree", lambda: "abc1234")
+    monkeypatch.setattr(faults, "program_tree", lambda: "abc1234")
     faults.run(2, resume=file)
     assert "other programs" not in capsys.readouterr().err
-    monkeypatch.setattr(faults, "_tree", lambda: "def5678")
+    monkeypatch.setattr(faults, "program_tree", lambda: "def5678")
     faults.run(4, resume=file)
 
     assert "the commits: abc1234, def5678" in capsys.readouterr().err

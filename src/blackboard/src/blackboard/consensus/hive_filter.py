@@ -154,7 +154,7 @@ class MemberFilter:
         a hive that was recovered as the larger one.
         """
         if self._larger is not None and not self._is_larger(*self._larger[:2], own):
-            self._larger = None  # this hive has grown since
+            self._larger = None  # this hive has grown since, or the other one has lost members
         larger = self.larger_hive
         recovered = succeeds(larger, own.hive) and larger not in self._needless
         if not larger:
@@ -213,9 +213,9 @@ class MemberFilter:
             return  # it answers none of this leader's heartbeats
         elif self._told_for(other, now) > self._patience:
             return  # it may never have a leader again
-        if pauses:
+        if pauses or (self._larger is not None and self._larger[0] == other):
             self._larger = other, _size(message), now
-        elif isinstance(message, Heartbeat):
+        if not pauses and isinstance(message, Heartbeat):
             self._tell_of(own, message.leader, message.sent)
         if other in self._warned:
             return

@@ -6,17 +6,15 @@ from __future__ import annotations
 import itertools
 import multiprocessing
 import os
-import subprocess
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hive_lab.bench.kept_runs import KeptRuns
+from hive_lab.bench.kept_runs import KeptRuns, program_tree
 from hive_lab.bench.mutations import run as search_mutations
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.draw import draw
@@ -26,6 +24,7 @@ from hive_lab.fault_schedules.run import run as run_schedule
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
 
     from hive_lab.fault_schedules.run import RunResult
 
@@ -154,7 +153,7 @@ def _run_missing(pieces: Mapping[str, range], kept: KeptRuns, schedules: int) ->
     todo = {name: seeds for name, seeds in pieces.items() if name not in kept.names}
     done = schedules - sum(map(len, todo.values()))
     results = simulate([seed for seeds in todo.values() for seed in seeds])
-    tree, ran = _tree(), 0
+    tree, ran = program_tree(), 0
     began = said = time.perf_counter()
     for name, seeds in todo.items():
         piece, begun = _Sum(), time.perf_counter()
@@ -175,21 +174,6 @@ def _run_missing(pieces: Mapping[str, range], kept: KeptRuns, schedules: int) ->
 def _pieces(first: int, schedules: int) -> Iterator[range]:
     for begin in range(first, first + schedules, _PIECE):
         yield range(begin, min(begin + _PIECE, first + schedules))
-
-
-def _tree() -> str:
-    """Return the commit of this program, with a mark if files were changed; "?" without git."""
-    try:
-        done = subprocess.run(
-            ["git", "describe", "--always", "--dirty"],  # noqa: S607  (the user's own git)
-            cwd=Path(__file__).parent,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-    except (OSError, subprocess.CalledProcessError):
-        return "?"
-    return done.stdout.strip()
 
 
 def _idle_hive() -> dict[str, float]:

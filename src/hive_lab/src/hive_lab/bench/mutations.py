@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hive_lab.bench.kept_runs import KeptRuns
+from hive_lab.bench.kept_runs import KeptRuns, program_tree
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.mutations.search import MUTATIONS, search
 
@@ -22,7 +22,7 @@ def run(schedules: int = 1000, resume: Path | None = None) -> BenchResult:
 
     Args:
         schedules: How many run for a mutation at most.
-        resume: Where the result of each search is kept.
+        resume: Where the result of each search is kept, for this commit of the program.
 
     Returns:
         How many mutations there are, how many of them past mistakes; how many no schedule has
@@ -32,8 +32,9 @@ def run(schedules: int = 1000, resume: Path | None = None) -> BenchResult:
     Raises:
         hive_common.errors.FileError: `resume` holds something else.
     """
+    tree = program_tree()
     jobs = {
-        f"{each.name}, {schedules} at most": (_search, (number, schedules))
+        f"{each.name}, {schedules} at most, {tree}": (_search, (number, schedules))
         for number, each in enumerate(MUTATIONS)
     }
     found = KeptRuns(resume).all_of(jobs)

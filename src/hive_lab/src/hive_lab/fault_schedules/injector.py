@@ -10,7 +10,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.member import Role, majority_of
-from blackboard.domain.record import Hold
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
     LEADER,
@@ -197,6 +196,8 @@ class FaultInjector:
 
     def _end(self, crash: Crash) -> None:
         member = self._members[crash.member]
+        if crash.power:
+            member.base.cancel()
         if (crash.back_after is None or crash.disk_lost) and self._would_lose_majority(member):
             crash = replace(crash, back_after=crash.back_after or 1.0, disk_lost=False)
         if crash.power and not self._survives_power_loss(member):
@@ -208,8 +209,6 @@ class FaultInjector:
         if member.host.up:
             member.host.crash()
         self._checker.after_event(member.host)
-        if crash.power:
-            member.base.cancel()
         member.base.process_ended()
         self._stop(member)
         if member.disk.filled_up:
@@ -217,16 +216,20 @@ class FaultInjector:
         if crash.disk_lost:
             self.faults["disks lost"] += 1
             self._checker.disk_lost(member.name, member.disk.hard_state)
-            member.disk.hard_state, member.disk.reports = None, ()
-            member.disk.hold, member.disk.home = Hold(), None
-        before = member.disk.hard_state
-        if crash.power and member.disk.lose_power():
-            self.faults["writes lost"] += 1
-            self._checker.disk_lost(member.name, before)
+            member.disk.lose()
+        if crash.power:
+            self._lose_power(member)
         if crash.back_after is None:
             member.gone = True
         else:
             self._network.schedule(crash.back_after, None, self.boot, member)
+
+    def _lose_power(self, member: SimulatedMember) -> None:
+        """Lose what a member's disk only claims to have."""
+        claimed = member.disk.hard_state
+        if member.disk.lose_power():
+            self.faults["writes lost"] += 1
+            self._checker.disk_lost(member.name, claimed)
 
     def _stop(self, member: SimulatedMember) -> None:
         """Note that a robot no longer works, unless its base drives on."""
@@ -262,9 +265,9 @@ class FaultInjector:
             return claimed is kept
         if (claimed.epoch, claimed.vote) != (kept.epoch, kept.vote):
             return False
-        logs = [each.node.member.log for each in self._members.values() if each.node is not None]
-        of_hive = [log for log in logs if log.at(claimed.log.committed) is not None]
-        newest = max([claimed.log, *of_hive], key=lambda log: log.committed)
+        nodes = [each.node for each in self._members.values() if each.node is not None]
+        logs = [node.member.log for node in nodes if node.hive == claimed.hive]
+        newest = max([claimed.log, *logs], key=lambda log: log.committed)
         version, position = newest.committed, newest.at(newest.committed)
         disks = [each.disk.hard_state for each in self._members.values() if each is not member]
         holders = {

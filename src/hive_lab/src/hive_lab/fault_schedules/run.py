@@ -192,6 +192,7 @@ def main() -> None:
     for outcome in map(run, schedules):
         total.update(schedules=1, violations=bool(outcome.violation), events=outcome.events)
         total.update(takeovers=outcome.takeovers, **outcome.ended)
+        total.update(outcome.faults)
         if outcome.violation or wanted.end is None:
             sys.stdout.write(outcome.in_full())
     sys.stdout.write(", ".join(f"{count} {name}" for name, count in total.items()) + "\n")

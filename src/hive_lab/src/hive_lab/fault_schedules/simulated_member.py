@@ -11,6 +11,7 @@ from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import RaftNode
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery
+from blackboard.domain.record import Hold
 from blackboard.domain.settings import ControllerSettings
 from blackboard.domain.talker import BB_VOTE, SET_STATE
 from blackboard.domain.task import StepKind
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import HardState
-    from blackboard.domain.record import Hold, TaskUpdate
+    from blackboard.domain.record import TaskUpdate
     from blackboard.domain.settings import BlackboardSettings, RaftSettings
     from blackboard.domain.task import TaskStep
     from blackboard.robot.robot import Robot
@@ -106,6 +107,11 @@ class Disk(MemoryJournal):
             now = self.now()
             self._cached = [each for each in self._cached if each[0] > now]
             self._cached.append((now + self.lag, self.hard_state, self.reports, self.hold))
+
+    def lose(self) -> None:
+        """Be replaced by an empty disk."""
+        self.hard_state, self.reports, self.hold, self.home = None, (), Hold(), None
+        self._cached = []
 
     @property
     def after_power_loss(self) -> HardState | None:

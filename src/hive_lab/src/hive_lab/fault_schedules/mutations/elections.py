@@ -4,7 +4,7 @@
 from dataclasses import replace
 from types import MappingProxyType
 
-from pytest import MonkeyPatch  # noqa: PT013
+import pytest
 
 from blackboard.consensus import election, leader, node, step
 from blackboard.consensus.hive_filter import MemberFilter
@@ -242,7 +242,7 @@ def act_on_what_an_old_answer_commits(patch):
     react = RaftNode._react
 
     def hasty(self, before, after):
-        with MonkeyPatch.context() as meanwhile:
+        with pytest.MonkeyPatch.context() as meanwhile:
             meanwhile.setattr(node, "has_lease", lambda *_: True)
             react(self, before, after)
 

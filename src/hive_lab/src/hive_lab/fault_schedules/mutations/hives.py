@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from pytest import MonkeyPatch  # noqa: PT013
+import pytest
 
 from blackboard.consensus import hive_filter
 from blackboard.consensus.bootstrap import Handover
@@ -49,7 +49,7 @@ def leave_for_a_hive_that_is_smaller_by_now(patch):
     pauses = MemberFilter.pauses
 
     def hasty(self, own):
-        with MonkeyPatch.context() as meanwhile:
+        with pytest.MonkeyPatch.context() as meanwhile:
             meanwhile.setattr(MemberFilter, "_is_larger", lambda *_: True)
             return pauses(self, own)
 

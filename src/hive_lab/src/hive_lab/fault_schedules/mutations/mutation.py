@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pytest import MonkeyPatch  # noqa: PT013  (this is a program, not a test)
+import pytest
 
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hive_lab.fault_schedules.schedule import FaultSchedule
 
 
-def _nothing(_: MonkeyPatch) -> None:
+def _nothing(_: pytest.MonkeyPatch) -> None:
     """Change nothing."""
 
 
@@ -35,10 +35,10 @@ class Mutation:
         given: Changed as well, with the mutation and without it.
     """
 
-    change: Callable[[MonkeyPatch], None]
+    change: Callable[[pytest.MonkeyPatch], None]
     noticed_by: str | tuple[int, str]
     bug: str = ""
-    given: Callable[[MonkeyPatch], None] = _nothing
+    given: Callable[[pytest.MonkeyPatch], None] = _nothing
 
     @property
     def name(self) -> str:
@@ -71,7 +71,7 @@ class Mutation:
         return self._run(schedule, changed=False)
 
     def _run(self, schedule: FaultSchedule, *, changed: bool) -> str:
-        with MonkeyPatch.context() as patch:
+        with pytest.MonkeyPatch.context() as patch:
             self.given(patch)
             if changed:
                 self.change(patch)

@@ -4,7 +4,7 @@
 import math
 from dataclasses import replace
 
-from pytest import MonkeyPatch  # noqa: PT013
+import pytest
 
 from blackboard.auction import step as auction_step
 from blackboard.auction.auctioneer import Auctioneer
@@ -237,7 +237,7 @@ def decide_without_asking_for_the_leader_lease(patch):
             return True
 
     def hasty(self, event):
-        with MonkeyPatch.context() as meanwhile:
+        with pytest.MonkeyPatch.context() as meanwhile:
             meanwhile.setattr(self, "_node", Leads(self._node))
             handle(self, event)
 
