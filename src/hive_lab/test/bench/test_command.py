@@ -86,6 +86,7 @@ def test_the_help_says_which_benchmarks_end_with_1(terminal):
 
     said = " ".join(out.split())
     assert "hive and traffic end with 1 when a property was broken, sim and system when" in said
+    assert "faults --mutations when a mutation was not noticed" in said
 
 
 def test_bench_says_in_one_line_that_a_hive_was_too_slow_to_be_measured(terminal, monkeypatch):

@@ -147,8 +147,8 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench vda5050 --robots 50
 
     Ends with 0 when the measurement ran, whatever it found; architectures, faults, fuzz, fuzz-ros,
-    hive and traffic end with 1 when a property was broken, faults also when a mutation was not
-    noticed, sim and system when anything touched.
+    hive and traffic end with 1 when a property was broken, sim and system when anything touched,
+    faults --mutations when a mutation was not noticed.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
