@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The process that ends drives: what it is told, and what it makes of that."""
 
+import math
 import os
 import subprocess
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ import pytest
 
 from blackboard.robot.drive_guard import Drive
 from blackboard.ros import guard_process
-from blackboard.ros.guard_process import GuardProcess
+from blackboard.ros.guard_process import GuardProcess, wait_for
 
 ONE, TWO = Drive("/robot1/move_base", "a"), Drive("/robot2/move_base", "b")
 
@@ -152,3 +153,8 @@ def test_a_drive_that_has_ended_is_not_cancelled(guarding):
     ended = b'["/robot1/move_base", "a", null]\n'
 
     assert guarding.run(HELD + ended, 11.0) == []
+
+
+def test_while_it_guards_a_drive_it_looks_at_its_clock_every_second_as_its_machine_may_sleep():
+    assert [wait_for(left) for left in (-0.5, 0.2, 3.0)] == [0.0, 0.2, 1.0]
+    assert wait_for(math.inf) is None

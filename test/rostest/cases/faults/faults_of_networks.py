@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happens to a hive on several hosts when the network between them is cut or loses packets.
+"""What happens to a hive on several hosts whose network is cut or loses packets, or which sleep.
 
 The office, where the ROS master and the operator are, hears both sides of a split, so that two
 active blackboards at once would be seen. Times are those of the hive's clock, which the test has.
@@ -9,6 +9,8 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections import defaultdict
 from itertools import pairwise
 
@@ -18,8 +20,10 @@ from blackboard.msg import TaskState
 from held_clock import HeldHive
 from live_network import OFFICE, LiveNetwork, NoNetworkError
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.runner.limits import PATIENCE
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
@@ -33,6 +37,9 @@ CUTS = 5
 """Number of times a bad cable loses contact."""
 LOST = 8.0
 """Longer than the silence of a lost robot [s]."""
+STEPS_DOWN = "is no longer the leader"
+NOTICED = 1.2
+"""Who wakes knows within this time how long it slept, if it hears nobody [s]."""
 
 
 @pytest.fixture(scope="session")
@@ -61,10 +68,7 @@ def hive(network, tmp_path_factory):
         try:
             for x, name in enumerate(ROBOTS):
                 hive.bases[name] = start_base(network, name, float(x))
-            for node in hive.members:
-                host = host_of(hive, node)
-                where = {"ROS_IP": network.address(host)}
-                hive.start(node, prefix=network.prefix(host), environment=where)
+            start_all(hive, network)
             yield hive
         finally:
             hive.end()
@@ -75,12 +79,37 @@ def hive(network, tmp_path_factory):
 
 
 @pytest.fixture
+def sleepers(hive, tmp_path):
+    """Another hive, two of whose hosts have robots, and bases with computers of their own."""
+    sleepers = HeldHive(tmp_path, "/sleepers/", ROBOTS[:2])
+    sleepers.bases = {
+        robot: FakeBase(f"/sleepers/{robot}", x=float(x)) for x, robot in enumerate(ROBOTS[:2])
+    }
+    sleepers.operator = LiveOperator(sleepers.namespace, sleepers.members)
+    try:
+        start_all(sleepers, hive.network)
+        sleepers.operator.wait_until_whole()
+        yield sleepers
+    finally:
+        hive.network.heal()
+        sleepers.end()
+
+
+@pytest.fixture
 def operator(hive):
     """The hive's operator, once the hive is complete."""
     hive.operator.wait_until_whole()
     yield hive.operator
     hive.operator.forget_answers()
     hive.network.heal()
+
+
+def start_all(hive, network):
+    """Start each node of a hive on its host."""
+    for node in hive.members:
+        host = host_of(hive, node)
+        where = {"ROS_IP": network.address(host)}
+        hive.start(node, prefix=network.prefix(host), environment=where)
 
 
 def start_base(network, robot, x):
@@ -133,6 +162,15 @@ def overlaps(operator, since):
 
 def starters(operator, task_id):
     return [u.robot_id for u in operator.updates[task_id] if u.state == TaskState.STARTED]
+
+
+def demand(condition, what):
+    """Wait until a condition holds, though nobody may be heard meanwhile."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            pytest.fail(f"not within {PATIENCE:.0f} s: {what}")
+        threading.Event().wait(0.02)
 
 
 def is_done(operator, task_id):
@@ -209,6 +247,52 @@ def test_a_host_that_vanishes_is_replaced_and_comes_back_as_a_follower(hive, ope
 
     assert worked
     assert all(beat.epoch > epoch for _, beat in operator.beats if beat.sent > back)
+
+
+def test_a_leader_whose_machine_slept_knows_that_its_lease_is_over(hive, operator):
+    active, epoch = operator.last.active, operator.last.epoch
+    since = hive.clock.now()
+    hive.network.deafen(host_of(hive, active))  # so that nobody tells it
+    hive.sleep(active)
+    operator.wait_for_another(active, since)
+    hive.clock.pass_time(LOST)
+    woke, said = time.monotonic(), hive.log_of(active)
+    hive.wake(active)
+    hive.clock.pass_time(NOTICED)
+    demand(lambda: STEPS_DOWN in hive.log_of(active)[len(said) :], f"{active} steps down")
+    late = [beat for at, beat in operator.beats if at > woke and beat.epoch == epoch]
+    hive.network.heal()
+
+    assert len(late) <= 1  # the one that it was about to send
+    operator.wait_until_whole()
+    assert operator.last.epoch > epoch
+
+
+def test_a_robot_whose_machine_slept_stops_its_base_though_it_hears_nobody(hive, sleepers):
+    operator = sleepers.operator
+    for base in sleepers.bases.values():
+        base.held = True
+    operator.post(make_task("asleep", (5.0, 1.0)))
+    operator.demand(lambda: operator.state_of("asleep") == TaskState.STARTED, "it is begun")
+    robot = operator.record_of("asleep").robot
+    base, other = sleepers.bases[robot], sleepers.bases[next(r for r in ROBOTS if r != robot)]
+    node = sleepers.node_of(robot)
+    hive.network.deafen(robot)
+    sleepers.sleep(node)
+    operator.demand(lambda: operator.record_of("asleep").robot != robot, "another robot has it")
+    other.held = False
+    end = operator.follow("asleep")
+    before = base.cancelled
+    with sleepers.clock.standing():
+        sleepers.wake(node)
+        sleepers.clock.pass_time(NOTICED)
+        demand(lambda: base.cancelled > before, f"the base of {robot} stops")
+    hive.network.heal()
+    operator.wait_until_whole()
+
+    assert end == TaskState.DONE
+    assert before == 0  # the base drove on while its robot slept
+    assert (base.arrivals, other.arrivals) == ([], [(5.0, 1.0)])
 
 
 def test_a_robot_that_arrives_while_it_is_cut_off_is_believed_and_nobody_drives_again(

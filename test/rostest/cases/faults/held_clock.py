@@ -4,22 +4,27 @@
 The clock never passes faster than that of the machine, and never goes on while somebody is behind
 who has to keep up. So whoever is slow is waited for, and who is silent by this clock is silent
 however long the machine would have needed to run it.
+
+A test can also put the machine of a node to sleep: `HeldHive.sleep`.
 """
 
 import contextlib
 import mmap
+import os
 import struct
-import sys
 import threading
 import time
 from pathlib import Path
+
+import psutil
 
 from blackboard.errors import LiveHiveError
 from hive_common.machine_clock import machine_time
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.runner.limits import PATIENCE
 
-HELD_CLOCK = Path(__file__).resolve().parents[2] / "nodes" / "held_clock"
+HELD_CLOCK = Path(__file__).resolve().parents[2] / "held_clock"
+"""Has the module that gives a process this clock."""
 LOOK_EVERY = 0.01
 MOST_AT_ONCE = 0.05
 """Most time that passes between two looks [s]: a machine that stood still has lost no time."""
@@ -33,6 +38,26 @@ BEHIND = 0.6
 an election or a lease lasts."""
 
 
+class SharedNumber:
+    """A number in a file, which other processes read.
+
+    Args:
+        file: A new one.
+        number: What it holds first.
+    """
+
+    def __init__(self, file, number):
+        self.file, self.number = file, number
+        file.write_bytes(struct.pack("=d", number))
+        with file.open("r+b") as opened:
+            self._memory = mmap.mmap(opened.fileno(), 8)
+
+    def set(self, number):
+        """Change it."""
+        self.number = number
+        self._memory[:8] = struct.pack("=d", number)
+
+
 class HeldClock:
     """The clock of a hive's nodes.
 
@@ -42,11 +67,9 @@ class HeldClock:
 
     def __init__(self, folder):
         folder.mkdir(parents=True, exist_ok=True)
-        self.file = folder / "clock"
         self._time = machine_time()
-        self.file.write_bytes(struct.pack("=d", self._time))
-        with self.file.open("r+b") as opened:
-            self._shared = mmap.mmap(opened.fileno(), 8)
+        self.shared = SharedNumber(folder / "clock", self._time)
+        self._stands, self._until = False, 0.0
         self._changed = threading.Condition()
         self._operator, self._watched = None, frozenset()
         self._ended = threading.Event()
@@ -66,9 +89,20 @@ class HeldClock:
     def pass_time(self, seconds):
         """Wait until so much time has passed by this clock [s]."""
         with self._changed:
-            end = self._time + seconds
+            self._until = end = self._time + seconds
             if not self._changed.wait_for(lambda: self._time >= end, PATIENCE):
                 raise LiveHiveError(f"for {PATIENCE:.0f} s {self._behind()} did not keep up")
+
+    @contextlib.contextmanager
+    def standing(self):
+        """Let no time pass meanwhile but what `pass_time` lets pass."""
+        with self._changed:
+            self._stands, self._until = True, self._time
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._stands = False
 
     @contextlib.contextmanager
     def held_for(self, operator, members):
@@ -100,8 +134,11 @@ class HeldClock:
             now = time.monotonic()
             with self._changed:
                 if not self._behind():
-                    self._time += min(now - before, MOST_AT_ONCE)
-                    self._shared[:8] = struct.pack("=d", self._time)
+                    passed = min(now - before, MOST_AT_ONCE)
+                    if self._stands:
+                        passed = min(passed, self._until - self._time)
+                    self._time += passed
+                    self.shared.set(self._time)
                     self._changed.notify_all()
             before = now
 
@@ -116,13 +153,38 @@ class HeldHive(LiveHive):
     def __init__(self, folder, *arguments, **options):
         super().__init__(folder, *arguments, robot=PATIENT, **options)
         self.clock = HeldClock(folder)
+        self._slept, self._asleep = {}, {}
 
-    def start(self, node, *arguments, program=(), **options):
-        """Start a node; `program` is a module, or a program of the folder nodes with arguments."""
-        module = "robot_node" if self.robot_of(node) else "blackboard_node"
-        words = program or (f"blackboard.ros.{module}",)
-        held = (sys.executable, str(HELD_CLOCK), str(self.clock.file), *words)
-        super().start(node, *arguments, program=held, **options)
+    def start(self, node, *arguments, environment=None, **options):
+        """Start a node with the clock of this hive."""
+        if node not in self._slept:
+            file = self._folder / f"slept{node.replace('/', '-')}"
+            self._slept[node] = SharedNumber(file, 0.0)
+        clock = {
+            "HIVE_CLOCK": str(self.clock.shared.file),
+            "HIVE_SLEPT": str(self._slept[node].file),
+            "PYTHONPATH": f"{HELD_CLOCK}:{os.environ.get('PYTHONPATH', '')}",
+        }
+        super().start(node, *arguments, environment={**clock, **(environment or {})}, **options)
+
+    def sleep(self, node):
+        """Put the machine of a node to sleep: its processes stop, and its monotonic clock stands.
+
+        What reaches it meanwhile waits; a test that wants it lost cuts the network.
+        """
+        own = psutil.Process(self.pid_of(node))
+        processes = [own, *own.children(recursive=True)]  # a robot's guard among them
+        for process in processes:
+            process.suspend()
+        self._asleep[node] = (processes, self.clock.now())
+
+    def wake(self, node):
+        """Wake the machine of a node."""
+        processes, since = self._asleep.pop(node)
+        slept = self._slept[node]
+        slept.set(slept.number + self.clock.now() - since)
+        for process in processes:
+            process.resume()
 
     def held(self, *without):
         """Return a context in which time passes only if all members keep up, but those named."""

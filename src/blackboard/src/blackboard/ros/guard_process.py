@@ -9,6 +9,7 @@ node only when it may soon have to cancel a goal.
 from __future__ import annotations
 
 import json
+import math
 import os
 import select
 import signal
@@ -25,7 +26,10 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
 _MOST_READ = 65536
-_LONGEST_SLEEP = 3600.0
+_LONGEST_WAIT = 1.0
+"""So often it looks at its clock while it guards a drive [s]: a wait does not count the time that
+the machine sleeps, and a lease does."""
+
 _READY = 1.5
 """So long before it has to cancel a goal it becomes a node [s], which takes a while. Leases are
 renewed earlier than that, unless something is wrong."""
@@ -103,8 +107,7 @@ def main() -> None:
             _become_node()
         else:
             left -= _READY
-        wait = min(max(left, 0.0), _LONGEST_SLEEP)
-        ready, _, _ = select.select([sys.stdin], [], [], wait)
+        ready, _, _ = select.select([sys.stdin], [], [], wait_for(left))
         if ready:
             heard = os.read(sys.stdin.fileno(), _MOST_READ)
             if not heard:
@@ -115,6 +118,15 @@ def main() -> None:
         _cancel(guard.due(machine_time()), "its robot's lease has ended and was not renewed")
     signal.alarm(_LAST)
     _cancel(guard.left(), "its robot's process has ended")
+
+
+def wait_for(left: float) -> float | None:
+    """Return for how long to wait at most [s]; None without end.
+
+    Args:
+        left: Time until something is due [s]; infinite if nothing is guarded.
+    """
+    return None if math.isinf(left) else min(max(left, 0.0), _LONGEST_WAIT)
 
 
 def _take(guard: DriveGuard, line: bytes) -> None:
