@@ -91,9 +91,12 @@ def test_defects_that_schedules_have_found_stay_fixed(seed):
 
 @pytest.mark.parametrize(
     ("seed", "scenario"),
-    [(8400027, ""), (8400404, ""), *((seed, "lost disks") for seed in (25, 47, 479))],
+    [
+        *((seed, "") for seed in (2173, 5106, 5428, 8400027, 8400404)),
+        *((seed, "lost disks") for seed in (25, 47, 479)),
+    ],
 )
-def test_robots_that_come_back_pick_no_load_again(seed, scenario):
+def test_robots_that_come_back_take_no_load_twice_or_for_another(seed, scenario):
     outcome = run(draw(seed, scenario))
 
     assert not outcome.violation, outcome.in_full()

@@ -7,7 +7,7 @@ import pytest
 
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.domain.characteristics import RobotState
-from blackboard.domain.record import Hold, Load, Order
+from blackboard.domain.record import Hold, Load, Order, OrderKind
 from blackboard.domain.task import Task, TaskState, TaskType, split_task
 from blackboard.errors import JournalError
 from blackboard.robot.executor import CommandResult, CommandState
@@ -18,6 +18,7 @@ from hive_lab.virtual.network import Network, NetworkTalker
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
 CARRY = Task("T1", TaskType.GPAB, (A, B), payload=5.0)
+URGENT = Task("U", TaskType.GA, (A,), priority=10)
 OTHER = Task("T2", TaskType.GPAB, (A, B), payload=2.0)
 PICK, PLACE = split_task(CARRY)[1], split_task(CARRY)[3]
 ORDER = Order(CARRY, "robot1", epoch=1, assignment=3, hive="hive1")
@@ -60,9 +61,26 @@ def test_an_order_whose_pick_has_begun_tells_a_robot_without_its_disk_what_may_b
     loads = loads_of(MemoryJournal())
 
     loads.expect(ORDER)
-    assert not loads.has("T1")
+    assert not loads.has(CARRY)
     loads.expect(dataclasses.replace(ORDER, step=1))
-    assert loads.has("T1")
+    assert loads.has(CARRY)
+
+
+def test_the_load_of_an_earlier_task_is_not_that_of_a_later_one_with_the_same_id():
+    loads = loads_of(MemoryJournal())
+    earlier = dataclasses.replace(CARRY, posted=100.0)
+    later = dataclasses.replace(CARRY, posted=160.0)
+    loads.begin(dataclasses.replace(ORDER, task=earlier), 1, PICK)
+
+    assert loads.has(dataclasses.replace(earlier, posted=100.0000004))  # after its way by ROS
+    assert not loads.has(later)
+    assert [each.task_id for each in loads.others([later])] == ["T1"]
+
+
+def test_a_load_that_was_written_down_without_a_stamp_is_known_by_its_id():
+    loads = loads_of(MemoryJournal(hold=Hold((Load("T1", 5.0, "hive1", 3),))))
+
+    assert loads.has(dataclasses.replace(CARRY, posted=160.0))
 
 
 def test_a_load_that_is_put_down_is_on_board_no_more():
@@ -71,7 +89,7 @@ def test_a_load_that_is_put_down_is_on_board_no_more():
     loads.begin(ORDER, 1, PICK)
     loads.begin(ORDER, 3, PLACE)
 
-    loads.end("T1")
+    loads.end(CARRY)
 
     assert journal.hold == Hold(sure=True)
 
@@ -81,10 +99,10 @@ def test_a_request_that_never_reached_the_arm_says_nothing_of_the_one_before():
     loads.begin(ORDER, 1, PICK)
     loads.begin(ORDER, 1, PICK)
 
-    loads.miss("T1", looked=False)
-    assert loads.has("T1")
-    loads.miss("T1", looked=True)
-    assert not loads.has("T1")
+    loads.miss(CARRY, looked=False)
+    assert loads.has(CARRY)
+    loads.miss(CARRY, looked=True)
+    assert not loads.has(CARRY)
 
 
 def test_an_arm_does_not_move_while_its_robot_cannot_write():
@@ -129,3 +147,41 @@ def test_a_robot_whose_arm_holds_another_load_hands_its_task_back_and_leaves_ser
     assert harness.reports(CARRY)[-1] == (TaskState.WAITING, 1)
     assert harness.status.state is RobotState.DEFECT
     assert harness.status.reason == f"{what}: take it off, then set the robot idle"
+
+
+@pytest.mark.parametrize("kind", [OrderKind.ASSIGN, OrderKind.TAKE_BACK])
+def test_an_arm_of_an_earlier_process_is_stopped_before_people_take_the_load_off(kind):
+    harness, stopped = RobotHarness(), []
+    cancel = harness.command.cancel
+
+    def note_and_cancel():
+        stopped.append(harness.command.running)
+        cancel()
+
+    harness.command.cancel = note_and_cancel
+    harness.order(CARRY, step=1)  # Its pick began before this process did.
+    harness.wait(STEP / 2)
+    if kind is OrderKind.ASSIGN:
+        harness.order(URGENT)
+    else:
+        harness.order(CARRY, kind=kind)
+    harness.wait()
+
+    assert harness.status.state is RobotState.DEFECT
+    assert stopped[-1] is None  # The drive had been stopped already.
+
+
+def test_a_robot_with_the_load_of_an_earlier_task_takes_no_later_one_with_its_id():
+    harness = RobotHarness()
+    earlier = dataclasses.replace(CARRY, posted=100.0)
+    later = dataclasses.replace(CARRY, posted=160.0)
+    harness.order(earlier, step=1)
+    harness.wait(STEP / 2)
+    harness.order(earlier, kind=OrderKind.TAKE_BACK)
+    harness.wait()
+
+    harness.order(later, assignment=3)
+    harness.wait(STEP)
+
+    assert harness.reports(later)[-1] == (TaskState.WAITING, 0)
+    assert "on board" in harness.status.reason

@@ -123,6 +123,7 @@ def handle_vote_request(member: Member, ballot: Ballot, now: float) -> Step:
         granted = (
             willing and ballot.epoch > member.epoch and is_up_to_date(member, ballot.position)
         )
+        member = member.evolve(refused=None if granted else ballot)
         return member, [_reply(member, ballot, BallotKind.PRE_VOTE_REPLY, granted)]
     if not willing:
         return member, []
@@ -138,6 +139,20 @@ def handle_vote_request(member: Member, ballot: Ballot, now: float) -> Step:
         member = member.evolve(vote=ballot.candidate, leader=leader, backup="", patience=0.0)
         member = be_loyal(member, now)
     return member, [_reply(member, ballot, BallotKind.VOTE_REPLY, granted)]
+
+
+def learn_of_death(member: Member, now: float) -> Step:
+    """Campaign if it is this member's turn, with the proof that the leader is dead.
+
+    Members get that proof some 0.03 s apart. So whoever asked earlier is answered again; it would
+    not repeat its request for two heartbeats.
+    """
+    asked, member = member.refused, member.evolve(died=now, refused=None)
+    if asked is None:
+        return campaign_if_due(member, now, member.jitter)
+    member, answers = handle_vote_request(member, asked, now)
+    member, requests = campaign_if_due(member, now, member.jitter)
+    return member, [*answers, *requests]
 
 
 def _reply(member: Member, ballot: Ballot, kind: BallotKind, granted: bool) -> Ballot:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from blackboard.consensus.log import Log
-    from blackboard.consensus.messages import Message
+    from blackboard.consensus.messages import Ballot, Message
     from blackboard.domain.settings import RaftSettings
 
 
@@ -84,6 +84,7 @@ class Member:
     patience: float = 0.0
     loyal_until: float = float("-inf")  # it has promised to elect nobody else before then [s]
     died: float | None = None  # when the leader's process was proved dead [s]; None if it was not
+    refused: Ballot | None = None  # the last request for a pre-vote that it has refused
     quiet_until: float = float("-inf")  # until then it neither votes nor campaigns [s]
     retry: float = float("-inf")  # it does not campaign again before then [s]
     jitter: float = 0.0  # random share of `stagger` that it adds to its delay, 0 to 1

@@ -78,7 +78,7 @@ def step(member: Member, event: Event, now: float) -> Step:
         return leader.propose(member, now, records, forgotten=forgotten, grants=event.grants)
     if isinstance(event, Died):
         if member.role is not Role.LEADER and event == Died(member.leader, member.epoch):
-            return election.campaign_if_due(member.evolve(died=now), now, member.jitter)
+            return election.learn_of_death(member, now)
     elif not member.epoch or event.epoch <= member.epoch + MAX_EPOCH_JUMP:
         return _receive(member, event, now)
     return member, []

@@ -230,6 +230,11 @@ class Order:
     place: int = 0  # where it goes in the robot's list, 1 is first; 0 if the robot decides
 
 
+_SAME_STAMP = 1e-3
+"""Stamps lose digits on their way. Of two tasks with one id, the hive has forgotten the first long
+before the second is posted [s]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Load:
     """A load that the robot's arm has begun to take."""
@@ -238,11 +243,17 @@ class Load:
     payload: float  # [kg]
     hive: str  # of the assignment for which it was begun
     assignment: int
+    posted: float = 0.0  # when its task was posted [s]; 0 if that is not known
 
     @property
     def name(self) -> str:
         """The name of that assignment; the ids of the arm's actions begin with it."""
         return f"{self.hive}/{self.task_id}/{self.assignment}"
+
+    def is_of(self, task: Task) -> bool:
+        """Return whether it is the load of a task, and not of an earlier one of the same id."""
+        apart = abs(self.posted - task.posted) if self.posted and task.posted else 0.0
+        return task.id == self.task_id and apart < _SAME_STAMP
 
     def is_known_to(self, record: TaskRecord, hive: str) -> bool:
         """Return whether a record of a hive is not from before that assignment."""

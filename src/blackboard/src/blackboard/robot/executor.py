@@ -189,7 +189,7 @@ class Controller:
         self._time_step: Callable[[TaskStep], Callable[[], None]] = lambda _: _nothing
         self._timed: Callable[[], None] = _nothing
         self._before_step: Callable[[int, TaskStep], TaskStep] = lambda _, step: step
-        self._on_miss: Callable[[str, bool], None] = lambda *_: None
+        self._on_miss: Callable[[Task, bool], None] = lambda *_: None
         self.state = State.IDLE
 
     @property
@@ -212,7 +212,7 @@ class Controller:
     def handle_loads(
         self,
         before_step: Callable[[int, TaskStep], TaskStep],
-        on_miss: Callable[[str, bool], None],
+        on_miss: Callable[[Task, bool], None],
     ) -> None:
         """Let the robot follow its loads.
 
@@ -335,7 +335,7 @@ class Controller:
         looked = result.begun and result.state in _NOT_TAKEN
         acts = self.state is State.ACTING and step.kind is StepKind.PICK
         if acts and (looked or not result.begun):
-            self._on_miss(step.task_id, looked)
+            self._on_miss(self._run.task, looked)
         if self._run.attempts < self._settings.attempts and result.state not in _NO_USE:
             self._handle(Event.FAILED)
         else:

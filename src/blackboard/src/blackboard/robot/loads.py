@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.journal import Journal
     from blackboard.domain.record import Order
     from blackboard.domain.talker import Talker
-    from blackboard.domain.task import TaskStep
+    from blackboard.domain.task import Task, TaskStep
 
 
 class Loads:
@@ -34,14 +34,14 @@ class Loads:
         self._hold = journal.load_hold()
         self._is_first = True
 
-    def has(self, task_id: str) -> bool:
+    def has(self, task: Task) -> bool:
         """Return whether the load of a task may be on board."""
-        return self._find(task_id) is not None
+        return self._find(task) is not None
 
-    def others(self, task_ids: Iterable[str]) -> tuple[Load, ...]:
+    def others(self, tasks: Iterable[Task]) -> tuple[Load, ...]:
         """Return the loads that may be on board of other tasks than some."""
-        own = set(task_ids)
-        return tuple(load for load in self._hold.loads if load.task_id not in own)
+        own = tuple(tasks)
+        return tuple(load for load in self._hold.loads if not any(map(load.is_of, own)))
 
     def expect(self, order: Order) -> None:
         """Take in an order for a task that is not on the schedule.
@@ -51,7 +51,7 @@ class Loads:
         """
         steps = split_task(order.task)
         begun = order.step < len(steps) and steps[order.step].kind is StepKind.PICK
-        if begun and not self.has(order.task.id):
+        if begun and not self.has(order.task):
             self._change(self._with(_load_of(order)))
 
     def begin(self, order: Order, number: int, step: TaskStep) -> TaskStep:
@@ -62,7 +62,7 @@ class Loads:
         Raises:
             JournalError: It cannot be written down, so the arm must not move.
         """
-        known = self._find(step.task_id)
+        known = self._find(order.task)
         self._is_first = known is None
         load = known or _load_of(order)
         if known is None and step.kind is StepKind.PICK:
@@ -76,19 +76,19 @@ class Loads:
         """Raise JournalError if the end of a task could not be written down now."""
         self._journal.save_hold(self._hold)
 
-    def miss(self, task_id: str, *, looked: bool) -> None:
+    def miss(self, task: Task, *, looked: bool) -> None:
         """Note that the load of a task was not taken.
 
         `looked` says whether the arm says so; else it did not get the last request, which says
         nothing of requests before it.
         """
         if looked or self._is_first:
-            self._change(replace(self._hold, loads=self.others([task_id])))
+            self._change(replace(self._hold, loads=self.others([task])))
 
-    def end(self, task_id: str) -> None:
-        """Note that the load of a task is put down, or taken off by people."""
-        if self.has(task_id):
-            self._change(Hold(self.others([task_id]), sure=True))
+    def end(self, task: Task) -> None:
+        """Note that the load of a task is put down."""
+        if self.has(task):
+            self._change(Hold(self.others([task]), sure=True))
 
     def empty(self) -> None:
         """Note that a person says that nothing is on board."""
@@ -97,8 +97,8 @@ class Loads:
     def _with(self, load: Load) -> Hold:
         return replace(self._hold, loads=(*self._hold.loads, load))
 
-    def _find(self, task_id: str) -> Load | None:
-        return next((load for load in self._hold.loads if load.task_id == task_id), None)
+    def _find(self, task: Task) -> Load | None:
+        return next((load for load in self._hold.loads if load.is_of(task)), None)
 
     def _change(self, hold: Hold) -> None:
         """Write down what the robot can do without: it asks its arm or a person once more."""
@@ -113,4 +113,5 @@ class Loads:
 
 def _load_of(order: Order) -> Load:
     """Return the load of an ordered task."""
-    return Load(order.task.id, order.task.payload, order.hive, order.assignment)
+    task = order.task
+    return Load(task.id, task.payload, order.hive, order.assignment, task.posted)

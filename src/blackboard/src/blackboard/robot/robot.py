@@ -279,7 +279,7 @@ class Robot:
 
     def _why_stopped(self) -> str:
         """Say why a robot with work to do does none; empty if it works, or for another reason."""
-        if waits := self._loads.others(entry.task.id for entry in self._schedule):
+        if waits := self._loads.others(entry.task for entry in self._schedule):
             return f"waits to hear what becomes of the load of {waits[0].task_id} on board"
         halted = self._current is None or self._controller.state is State.HALTED
         if self._schedule.first() is None or not halted or self._lease.holds():
@@ -325,7 +325,7 @@ class Robot:
         elif entry is None and not self._reports.answer(order):
             self._make_room_for(order.task)
             self._loads.expect(order)
-            loaded = is_picked(order.task, order.step) or self._loads.has(order.task.id)
+            loaded = is_picked(order.task, order.step) or self._loads.has(order.task)
             if loaded:
                 # Before its process restarted, the robot was under way with this load.
                 self._controller.stop()
@@ -380,12 +380,8 @@ class Robot:
         self._go_on()
 
     def _leave_unwanted(self) -> None:
-        """Leave service with a load on board of a task that is not this robot's any more.
-
-        The robot has known of it since before its process restarted, when its arm may have been
-        about to take it.
-        """
-        for load in self._loads.others(entry.task.id for entry in self._schedule):
+        """Leave service with a load on board of a task that is not this robot's any more."""
+        for load in self._loads.others(entry.task for entry in self._schedule):
             known = self._reports.known_of([load.task_id])
             hive = self._filter.hive
             wanted = any(
@@ -393,8 +389,7 @@ class Robot:
                 for each in known
             )
             if not wanted and self._service.left_on_board is None:
-                self._controller.stop_arm()
-                self._service.leave_on_board(load.task_id, load.payload)
+                self._leave_on_board(load.task_id, load.payload)
 
     def _pass_time(self, period: float) -> None:
         self.charging.pass_time(period)
@@ -431,7 +426,7 @@ class Robot:
     def _may_go(self) -> bool:
         """Return whether the next step of the first task may be done now."""
         entry = self._schedule.first()
-        if entry is None or self._loads.others([entry.task.id]):
+        if entry is None or self._loads.others([entry.task]):
             return False
         return self._lease.holds() and entry.is_announced
 
@@ -464,7 +459,7 @@ class Robot:
         if result.state is CommandState.SUCCEEDED:
             self._schedule.remove(entry.task.id)
             self.learning.end_task(entry.task.id)
-            self._loads.end(entry.task.id)
+            self._loads.end(entry.task)
             self._reports.add(entry.update(TaskState.DONE))
         else:
             self._hand_back(entry, f"{self._id}: {result.state.value}: {result.text}")
@@ -480,11 +475,20 @@ class Robot:
         """
         if entry is self._current:
             self._controller.stop()
-        loaded = is_picked(entry.task, entry.step) or self._loads.has(entry.task.id)
+        loaded = is_picked(entry.task, entry.step) or self._loads.has(entry.task)
         if loaded:
-            self._service.leave_on_board(entry.task.id, entry.task.payload)
+            self._leave_on_board(entry.task.id, entry.task.payload)
         self._schedule.remove(entry.task.id)
         return loaded
+
+    def _leave_on_board(self, task_id: str, payload: float) -> None:
+        """Leave service with the load of a task [kg], which an arm may be about to take.
+
+        An arm goes on when the robot's process restarts. Whoever comes to take the load off must
+        not find an arm that takes it later.
+        """
+        self._controller.stop_arm()
+        self._service.leave_on_board(task_id, payload)
 
     def _drop_and_go_on(self, entry: Entry) -> None:
         self._drop(entry)

@@ -65,7 +65,7 @@ class Unloading:
         def ended(result: CommandResult) -> None:
             self._load = None
             if result.state is CommandState.SUCCEEDED:
-                self._loads.end(load.task_id)
+                self._loads.end(task)
                 self._service.unload()
             else:
                 words = f"the load of {load.task_id} ({load.payload:g} kg) is still on board"

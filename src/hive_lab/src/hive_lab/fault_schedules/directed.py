@@ -334,6 +334,16 @@ _LATE_PICK = (
     Post(11.25, replace(_PICK, id="T2")),
 )
 
+# The process of robot1 ends while its arm picks for T1. The next one drives to the place of T1
+# again when T1 is cancelled. A person says that nothing is on board, and robot1 gets T2.
+_DROPPED_PICK = (
+    SetState(7.0, "robot2", "defect"),
+    Crash(10.05, "robot1", 0.1),
+    Cancel(10.3, "T1"),
+    SetState(10.8, "robot1", "idle"),
+    Post(11.1, replace(_PICK, id="T2")),
+)
+
 # Robot1 does T1 while its disk is full, and its process ends before anybody hears of it.
 _FULL_DISK = (
     SetState(6.5, "robot2", "defect"),
@@ -369,6 +379,7 @@ _WORK = (
     _schedule("a forgotten order", *_FORGOTTEN_ORDER, keep_ended=0.1, seed=194),
     _few_asked(_schedule("too slow once", *_TOO_SLOW, seed=2), _STRONG, RobotKit()),
     _schedule("a late pick", *_LATE_PICK, task=_PICK),
+    _schedule("a dropped pick", *_DROPPED_PICK, task=_PICK, seed=3),
     _schedule("a full disk", *_FULL_DISK),
     _schedule("a frozen pause", *_FROZEN_PAUSE, task=_tour(9), seed=41),
 )

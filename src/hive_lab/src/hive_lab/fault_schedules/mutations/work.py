@@ -16,7 +16,7 @@ from blackboard.consensus import leader, step
 from blackboard.consensus.lease import Lease, Leases
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
-from blackboard.domain.record import ANY_ASSIGNMENT, Broadcast, OrderKind, TaskRecord
+from blackboard.domain.record import ANY_ASSIGNMENT, Broadcast, Load, OrderKind, TaskRecord
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.task import TaskState
 from blackboard.robot import drive_guard
@@ -24,6 +24,7 @@ from blackboard.robot.executor import Controller, State
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.loads import Loads
 from blackboard.robot.reports import Reports
+from blackboard.robot.robot import Robot
 from hive_lab.fault_schedules.faulty_network import Host, HostTalker
 from hive_lab.fault_schedules.mutations.mutation import Mutation
 from hive_lab.fault_schedules.simulated_arm import SimulatedArm
@@ -269,6 +270,21 @@ def let_the_arm_go_on_with_a_load_that_nobody_wants(patch):
     patch.setattr(Controller, "stop_arm", lambda _: None)
 
 
+def let_the_arm_go_on_when_a_task_is_dropped(patch):
+    drop = Robot._drop
+
+    def careless(self, entry):
+        with pytest.MonkeyPatch.context() as meanwhile:
+            meanwhile.setattr(Controller, "stop_arm", lambda _: None)
+            return drop(self, entry)
+
+    patch.setattr(Robot, "_drop", careless)
+
+
+def know_loads_by_the_ids_of_tasks_alone(patch):
+    patch.setattr(Load, "is_of", lambda self, task: self.task_id == task.id)
+
+
 def begin_a_last_step_with_a_full_disk(patch):
     patch.setattr(Loads, "check_writable", lambda _: None)
 
@@ -329,6 +345,8 @@ MUTATIONS = (
     Mutation(pick_under_another_id_after_a_restart, (8400404, ANY), bug="8400404"),
     Mutation(do_not_learn_from_an_order_that_a_pick_had_begun, (47, DISKS), bug="47 lost disks"),
     Mutation(let_the_arm_go_on_with_a_load_that_nobody_wants, "a late pick", bug="479 lost disks"),
+    Mutation(let_the_arm_go_on_when_a_task_is_dropped, "a dropped pick", bug="5106"),
+    Mutation(know_loads_by_the_ids_of_tasks_alone, (5428, ANY), bug="5428"),
     Mutation(begin_a_last_step_with_a_full_disk, "a full disk", bug="8100220"),
     Mutation(ignore_the_load_of_a_lost_robot, "a lost load"),
     Mutation(work_on_without_a_lease, (370, STORM)),
