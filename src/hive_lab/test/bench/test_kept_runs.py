@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Results of long measurements are kept, and nothing is measured twice."""
 
-from concurrent.futures import Future
-from typing import ClassVar
+import multiprocessing
+import time
 
 import pytest
 
 from hive_common.errors import FileError
-from hive_lab.bench import kept_runs
 from hive_lab.bench.kept_runs import KeptRuns
 
 
@@ -46,39 +45,13 @@ def test_a_line_that_was_cut_off_is_measured_again(tmp_path):
     ]
 
 
-class Pool:
-    """Does every job when it is handed in; for `concurrent.futures.ProcessPoolExecutor`."""
-
-    shut_down: ClassVar[list[dict[str, bool]]] = []
-
-    def __init__(self, *_workers, **_context):
-        """Take what the real one takes."""
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_error):
-        return False
-
-    def submit(self, work, *given):
-        future = Future()
-        try:
-            future.set_result(work(*given))
-        except AssertionError as error:
-            future.set_exception(error)
-        return future
-
-    def shutdown(self, **how):
-        self.shut_down.append(how)
-
-
-def test_a_run_that_fails_ends_the_measurement_at_once(monkeypatch):
-    monkeypatch.setattr(kept_runs, "ProcessPoolExecutor", Pool)
+def test_a_run_that_fails_ends_the_measurement_at_once():
+    jobs = {"run 1": (fail, (1,)), "run 2": (time.sleep, (3600.0,))}
 
     with pytest.raises(AssertionError):
-        KeptRuns(None).all_of({"run 1": (fail, (1,))})
+        KeptRuns(None).all_of(jobs)
 
-    assert Pool.shut_down == [{"wait": False, "cancel_futures": True}]
+    assert multiprocessing.active_children() == []
 
 
 def test_another_file_is_refused_with_its_line(tmp_path):

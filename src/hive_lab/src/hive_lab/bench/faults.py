@@ -4,11 +4,9 @@
 from __future__ import annotations
 
 import itertools
-import multiprocessing
-import os
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +15,14 @@ import click
 from hive_lab.bench.kept_runs import KeptRuns, program_tree
 from hive_lab.bench.mutations import run as search_mutations
 from hive_lab.bench.registry import BenchResult
+from hive_lab.bench.workers import workers
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.features.exercised import FEATURES
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run as run_schedule
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Generator, Iterable, Iterator, Mapping
     from pathlib import Path
 
     from hive_lab.fault_schedules.run import RunResult
@@ -152,23 +151,23 @@ def _run_missing(pieces: Mapping[str, range], kept: KeptRuns, schedules: int) ->
     """Run and keep the pieces that are not known, and tell how it goes."""
     todo = {name: seeds for name, seeds in pieces.items() if name not in kept.names}
     done = schedules - sum(map(len, todo.values()))
-    results = simulate([seed for seeds in todo.values() for seed in seeds])
     tree, ran = program_tree(), 0
     began = said = time.perf_counter()
-    for name, seeds in todo.items():
-        piece, begun = _Sum(), time.perf_counter()
-        for result in itertools.islice(results, len(seeds)):
-            piece.add(result)
-            ran += 1
-            if result.violation:
-                click.echo(f"seed {result.schedule.seed}: {result.violation}", err=True)
-            now = time.perf_counter()
-            if now - said > _PROGRESS_EVERY:
-                said = now
-                rate = ran / (now - began)
-                click.echo(f"{done + ran} of {schedules}, {rate:.1f} schedules/s", err=True)
-        piece.took = time.perf_counter() - begun
-        kept.keep(name, {**vars(piece), "tree": tree})
+    with closing(simulate([seed for seeds in todo.values() for seed in seeds])) as results:
+        for name, seeds in todo.items():
+            piece, begun = _Sum(), time.perf_counter()
+            for result in itertools.islice(results, len(seeds)):
+                piece.add(result)
+                ran += 1
+                if result.violation:
+                    click.echo(f"seed {result.schedule.seed}: {result.violation}", err=True)
+                now = time.perf_counter()
+                if now - said > _PROGRESS_EVERY:
+                    said = now
+                    rate = ran / (now - began)
+                    click.echo(f"{done + ran} of {schedules}, {rate:.1f} schedules/s", err=True)
+            piece.took = time.perf_counter() - begun
+            kept.keep(name, {**vars(piece), "tree": tree})
 
 
 def _pieces(first: int, schedules: int) -> Iterator[range]:
@@ -189,10 +188,9 @@ def _idle_hive() -> dict[str, float]:
     }
 
 
-def simulate(seeds: Iterable[int]) -> Iterator[RunResult]:
+def simulate(seeds: Iterable[int]) -> Generator[RunResult, None, None]:
     """Run the schedules of these seeds on all processors, in the order of the seeds."""
-    context = multiprocessing.get_context("forkserver")
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
+    with workers("forkserver") as pool:
         yield from pool.map(_simulate_one, seeds, chunksize=_BATCH)
 
 

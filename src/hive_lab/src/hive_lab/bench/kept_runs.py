@@ -7,16 +7,15 @@ A measurement of hours can be stopped at any time; with the same file it goes on
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 import subprocess
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hive_common.errors import FileError
+from hive_lab.bench.workers import workers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -58,15 +57,10 @@ class KeptRuns:
             jobs: By the name of a run, a function of a module and its arguments.
         """
         todo = {name: job for name, job in jobs.items() if name not in self._known}
-        # A worker that was not forked would not find the packages' messages: catkin's package
-        # files change the module path that it inherits.
-        context = multiprocessing.get_context("fork")
-        with ProcessPoolExecutor(os.cpu_count() or 1, mp_context=context) as pool:
+        with workers() as pool:
             under_way = {pool.submit(work, *given): name for name, (work, given) in todo.items()}
             for number, done in enumerate(as_completed(under_way), start=1):
                 name = under_way[done]
-                if done.exception() is not None:
-                    pool.shutdown(wait=False, cancel_futures=True)
                 self.keep(name, done.result())
                 click.echo(f"{name}: done ({number} of {len(todo)})", err=True)
         return [self._known[name] for name in jobs]

@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import time
-from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
 
 import click
 
 from hive_lab.bench.registry import BenchResult
+from hive_lab.bench.workers import workers
 from hive_lab.fuzz.run import Found, fuzz
 
 MESSAGES = 100_000
@@ -32,9 +30,7 @@ def run(messages: int = MESSAGES, seed: int = 1) -> BenchResult:
     """
     began, found = time.perf_counter(), Found()
     seeds = range(seed, seed + -(-messages // _PIECE))
-    # A new interpreter would look for the messages in the source tree, as in `compare.run_all`.
-    context = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
+    with workers() as pool:
         for each in pool.map(fuzz, seeds, repeat(_PIECE)):
             found.add(each)
             click.echo("\n".join((f"{found.messages.total()} messages", *each.failures)), err=True)
