@@ -185,3 +185,44 @@ def test_a_robot_with_the_load_of_an_earlier_task_takes_no_later_one_with_its_id
 
     assert harness.reports(later)[-1] == (TaskState.WAITING, 0)
     assert "on board" in harness.status.reason
+
+
+def test_an_order_for_a_later_task_ends_an_earlier_one_with_its_id():
+    harness = RobotHarness()
+    earlier = Task("T1", TaskType.GAB, (A, B), posted=100.0)
+    later = Task("T1", TaskType.GAB, (B, A), posted=160.0)
+    harness.order(earlier)
+    harness.wait(1.5 * STEP)
+
+    harness.order(later, assignment=3)
+    harness.wait(STEP / 4)
+
+    assert harness.reports(later)[-1] == (TaskState.STARTED, 0)
+    assert harness.command.running.goal == B
+
+
+def test_a_robot_under_way_with_a_load_does_not_begin_a_later_task_with_the_same_id():
+    harness = RobotHarness()
+    earlier = dataclasses.replace(CARRY, posted=100.0)
+    harness.order(earlier)
+    harness.wait(2.5 * STEP)
+
+    harness.order(dataclasses.replace(CARRY, posted=160.0), assignment=3)
+    harness.wait(STEP)
+
+    assert harness.reports(CARRY)[-1] == (TaskState.WAITING, 0)
+    assert harness.status.state is RobotState.DEFECT
+    assert "on board" in harness.status.reason
+
+
+def test_a_restarted_robot_whose_load_is_of_an_earlier_task_leaves_service():
+    later = dataclasses.replace(CARRY, posted=160.0)
+    hold = Hold((Load("T1", 5.0, "", 1, 100.0),))
+    harness = RobotHarness(journal=MemoryJournal(hold=hold))
+
+    harness.order(later, assignment=3)
+    harness.know(later, TaskState.ASSIGNED, assignment=3)
+    harness.wait(STEP)
+
+    assert harness.status.state is RobotState.DEFECT
+    assert harness.reports(later)[-1] == (TaskState.WAITING, 0)

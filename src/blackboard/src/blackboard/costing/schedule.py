@@ -71,6 +71,13 @@ class Entry:
         later = self.order.assignment < order.assignment
         return later or self.order.hive != order.hive
 
+    def is_forgotten(self, order: Order) -> bool:
+        """Return whether an order is about a later task with the same id.
+
+        Another hive may have given the same task another stamp.
+        """
+        return self.order.hive == order.hive and not self.task.was_posted_at(order.task.posted)
+
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports about it; further fields by name."""
         return TaskUpdate(

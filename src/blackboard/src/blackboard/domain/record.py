@@ -230,11 +230,6 @@ class Order:
     place: int = 0  # where it goes in the robot's list, 1 is first; 0 if the robot decides
 
 
-_SAME_STAMP = 1e-3
-"""Stamps lose digits on their way. Of two tasks with one id, the hive has forgotten the first long
-before the second is posted [s]."""
-
-
 @dataclass(frozen=True, slots=True)
 class Load:
     """A load that the robot's arm has begun to take."""
@@ -252,8 +247,7 @@ class Load:
 
     def is_of(self, task: Task) -> bool:
         """Return whether it is the load of a task, and not of an earlier one of the same id."""
-        apart = abs(self.posted - task.posted) if self.posted and task.posted else 0.0
-        return task.id == self.task_id and apart < _SAME_STAMP
+        return task.id == self.task_id and task.was_posted_at(self.posted)
 
     def is_known_to(self, record: TaskRecord, hive: str) -> bool:
         """Return whether a record of a hive is not from before that assignment."""

@@ -118,6 +118,11 @@ class StepKind(IntEnum):
     PLACE = 2  # put the load down where the robot stands
 
 
+_SAME_STAMP = 1e-3
+"""Stamps lose digits on their way. The hive forgets a task long before another one with its id is
+posted [s]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Task:
     """A task as it was posted."""
@@ -136,6 +141,13 @@ class Task:
     def asks_the_same_as(self, other: Task) -> bool:
         """Return whether both request the same; `posted` does not matter."""
         return self._content() == other._content()
+
+    def was_posted_at(self, posted: float) -> bool:
+        """Return whether a time is that at which it was posted [s]; 0 stands for an unknown one.
+
+        It tells a task from a later one with the same id.
+        """
+        return not (posted and self.posted) or abs(posted - self.posted) < _SAME_STAMP
 
     def _content(self) -> tuple[object, ...]:
         way = (self.type, self.goals, self.frame or "map")

@@ -315,6 +315,9 @@ class Robot:
         if order.kind is not OrderKind.ASSIGN:
             self._take_back(order, entry)
             return
+        if entry is not None and entry.is_forgotten(order):
+            self._drop(entry)
+            entry = None
         at_work = self._current is not None
         if entry is not None and entry.is_older_than(order):
             self._schedule.renew(order)
@@ -385,7 +388,8 @@ class Robot:
             known = self._reports.known_of([load.task_id])
             hive = self._filter.hive
             wanted = any(
-                (each.is_held and each.robot == self._id) or not load.is_known_to(each, hive)
+                (each.is_held and each.robot == self._id and load.is_of(each.task))
+                or not load.is_known_to(each, hive)
                 for each in known
             )
             if not wanted and self._service.left_on_board is None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from blackboard.auction.decision import Decision
     from blackboard.consensus.hive_filter import HiveFilter
+    from blackboard.consensus.journal import Journal
     from blackboard.domain.task import Task, TaskState
     from blackboard.robot.charging import ChargingPlan
 
@@ -183,13 +184,17 @@ class BlackboardHarness(_Harness):
 
 
 class RobotHarness(_Harness):
-    """robot1 at (0, 0), with a battery charged to 0..1, and the filter of a member beside it."""
+    """robot1 at (0, 0), with a battery charged to 0..1, and the filter of a member beside it.
+
+    What its process wrote down before it restarted is in `journal`; by default that is new.
+    """
 
     def __init__(
         self,
         charge: float = 1.0,
         hive_filter: HiveFilter | None = None,
         charging: ChargingPlan | None = None,
+        journal: Journal | None = None,
     ) -> None:
         super().__init__()
         self.listener = Listener(self.network)
@@ -206,6 +211,7 @@ class RobotHarness(_Harness):
             controller=ControllerSettings(attempts=2, retry_delay=1.0),
             hive_filter=hive_filter,
             charging=charging,
+            journal=journal,
             missing=lambda: self.missing,
         )
         self.command.arrive = self.robot.set_pose
