@@ -43,9 +43,7 @@ def test_a_schedule_notices_the_mutation_and_the_page_says_so(mutation):
 
     assert violation, f"{mutation.where} no longer, but seed {another_seed(mutation)}"
     _, broken, _ = violation.split(": ", 2)
-    assert (mutation.name, mutation.where, broken) in rows(
-        "| left out | caught by | what breaks |"
-    )
+    assert (mutation.name, mutation.where, broken) in rows(LEFT_OUT)
 
 
 def test_the_page_lists_no_other_mutation():

@@ -13,12 +13,12 @@ import pytest
 from hive_lab.bench.workers import workers
 
 ENDLESS = """
-import signal, sys, time
+import signal, sys
 from hive_lab.bench.workers import workers
 
 def stay(_):
     print("at work", flush=True)
-    time.sleep(3600)
+    signal.pause()
 
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(7))
 with workers() as pool:
@@ -42,13 +42,15 @@ def test_a_worker_ends_with_a_signal_that_its_parent_handles(method):
 
 @pytest.mark.parametrize(("ends", "code"), [(signal.SIGTERM, 7), (signal.SIGINT, -signal.SIGINT)])
 def test_a_measurement_that_is_ended_leaves_no_process(ends, code):
-    with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE) as program:
-        program.stdout.readline()
-        own = psutil.Process(program.pid).children()
-        os.kill(program.pid, ends)
-
-        assert program.wait() == code
-        _, alive = psutil.wait_procs(own, timeout=60)
+    program = psutil.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE)
+    program.stdout.readline()
+    own = program.children()
+    os.kill(program.pid, ends)
+    _, alive = psutil.wait_procs([program, *own], timeout=60)
+    for each in alive:
+        each.kill()
+    program.stdout.close()
 
     assert own
     assert not alive
+    assert program.returncode == code

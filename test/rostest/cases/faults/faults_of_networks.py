@@ -9,7 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections import defaultdict
 from itertools import pairwise
@@ -23,7 +22,6 @@ from live_network import OFFICE, LiveNetwork, NoNetworkError
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.runner.limits import PATIENCE
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
@@ -164,15 +162,6 @@ def starters(operator, task_id):
     return [u.robot_id for u in operator.updates[task_id] if u.state == TaskState.STARTED]
 
 
-def demand(condition, what):
-    """Wait until a condition holds, though nobody may be heard meanwhile."""
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        if time.monotonic() > end:
-            pytest.fail(f"not within {PATIENCE:.0f} s: {what}")
-        threading.Event().wait(0.02)
-
-
 def is_done(operator, task_id):
     answer = operator.post(make_task(task_id, (1.0, 1.0)))
     return answer.state == TaskState.WAITING and operator.follow(task_id) == TaskState.DONE
@@ -259,7 +248,8 @@ def test_a_leader_whose_machine_slept_knows_that_its_lease_is_over(hive, operato
     woke, said = time.monotonic(), hive.log_of(active)
     hive.wake(active)
     hive.clock.pass_time(NOTICED)
-    demand(lambda: STEPS_DOWN in hive.log_of(active)[len(said) :], f"{active} steps down")
+    steps_down = lambda: STEPS_DOWN in hive.log_of(active)[len(said) :]  # noqa: E731  (a sentence)
+    operator.demand(steps_down, f"{active} steps down")
     late = [beat for at, beat in operator.beats if at > woke and beat.epoch == epoch]
     hive.network.heal()
 
@@ -286,7 +276,7 @@ def test_a_robot_whose_machine_slept_stops_its_base_though_it_hears_nobody(hive,
     with sleepers.clock.standing():
         sleepers.wake(node)
         sleepers.clock.pass_time(NOTICED)
-        demand(lambda: base.cancelled > before, f"the base of {robot} stops")
+        operator.demand(lambda: base.cancelled > before, f"the base of {robot} stops")
     hive.network.heal()
     operator.wait_until_whole()
 

@@ -144,8 +144,8 @@ def handle_vote_request(member: Member, ballot: Ballot, now: float) -> Step:
 def learn_of_death(member: Member, now: float) -> Step:
     """Campaign if it is this member's turn, with the proof that the leader is dead.
 
-    Members get that proof some 0.03 s apart. So whoever asked earlier is answered again; it would
-    not repeat its request for two heartbeats.
+    Members get that proof at different moments. So whoever asked earlier is answered again; it
+    would not repeat its request for two heartbeats.
     """
     asked, member = member.refused, member.evolve(died=now, refused=None)
     if asked is None:

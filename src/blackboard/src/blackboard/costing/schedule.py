@@ -71,8 +71,8 @@ class Entry:
         later = self.order.assignment < order.assignment
         return later or self.order.hive != order.hive
 
-    def is_forgotten(self, order: Order) -> bool:
-        """Return whether an order is about a later task with the same id.
+    def is_of_an_earlier_task(self, order: Order) -> bool:
+        """Return whether an order is about a later task with its id, so that its own is forgotten.
 
         Another hive may have given the same task another stamp.
         """

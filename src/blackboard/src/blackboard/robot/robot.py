@@ -315,7 +315,7 @@ class Robot:
         if order.kind is not OrderKind.ASSIGN:
             self._take_back(order, entry)
             return
-        if entry is not None and entry.is_forgotten(order):
+        if entry is not None and entry.is_of_an_earlier_task(order):
             self._drop(entry)
             entry = None
         at_work = self._current is not None

@@ -324,25 +324,27 @@ _TOO_SLOW = (
 )
 _STRONG = RobotKit(characteristics=replace(SMALL_ROBOT, payload=100.0))
 
-# T1 is cancelled while the arm of robot1 picks for it, whose process has ended. A person then says
-# that nothing is on board, and robot1 gets T2.
-_LATE_PICK = (
-    SetState(7.0, "robot2", "defect"),
-    Crash(10.05, "robot1", 0.1),
-    Cancel(10.07, "T1"),
-    SetState(10.95, "robot1", "idle"),
-    Post(11.25, replace(_PICK, id="T2")),
-)
 
-# The process of robot1 ends while its arm picks for T1. The next one drives to the place of T1
-# again when T1 is cancelled. A person says that nothing is on board, and robot1 gets T2.
-_DROPPED_PICK = (
-    SetState(7.0, "robot2", "defect"),
-    Crash(10.05, "robot1", 0.1),
-    Cancel(10.3, "T1"),
-    SetState(10.8, "robot1", "idle"),
-    Post(11.1, replace(_PICK, id="T2")),
-)
+def _pick_after_a_restart(cancelled: float, checked: float) -> tuple[Happening, ...]:
+    """Return what happens while the arm of robot1 picks for T1, whose process restarts.
+
+    T1 is cancelled at a time [s]. A person says at a later time that nothing is on board [s], and
+    robot1 gets T2.
+    """
+    return (
+        SetState(7.0, "robot2", "defect"),
+        Crash(10.05, "robot1", 0.1),
+        Cancel(cancelled, "T1"),
+        SetState(checked, "robot1", "idle"),
+        Post(checked + 0.3, replace(_PICK, id="T2")),
+    )
+
+
+# T1 is cancelled while there is no process.
+_LATE_PICK = _pick_after_a_restart(cancelled=10.07, checked=10.95)
+
+# T1 is cancelled when the next process drives to its place again.
+_DROPPED_PICK = _pick_after_a_restart(cancelled=10.3, checked=10.8)
 
 # Robot1 carries the load of T1 when it is cut off, and its process restarts. T1 fails and is
 # forgotten. Another T1 is posted just when robot1 is heard again, the only robot in service.

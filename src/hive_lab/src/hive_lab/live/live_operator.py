@@ -31,6 +31,7 @@ within that time a restarted member has sat out its election time and votes too.
 """
 
 _REPEAT = 0.5  # time after which an unanswered task is posted again [s]
+_LOOK_EVERY = 0.05  # a condition may be about more than what is heard [s]
 
 TERMINAL = frozenset(
     {
@@ -99,8 +100,11 @@ class LiveOperator:
 
     def wait(self, condition: Callable[[], object], patience: float = PATIENCE) -> bool:
         """Wait until a condition holds; return whether it did in time [s]."""
+        end = time.monotonic() + patience
         with self._changed:
-            return bool(self._changed.wait_for(condition, patience))
+            while not (holds := bool(condition())) and (left := end - time.monotonic()) > 0:
+                self._changed.wait(min(left, _LOOK_EVERY))
+        return holds
 
     def pass_time(self, seconds: float) -> None:
         """Let time pass [s]."""
