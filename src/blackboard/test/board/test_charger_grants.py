@@ -15,6 +15,10 @@ class Node:
     def __init__(self):
         self.changes = 0
         self.grants = {}
+        self.make_room = ()
+
+    def ask_for_room(self, robots):
+        self.make_room = robots
 
     def give_chargers(self, grants):
         self.changes += bool(grants)
@@ -118,3 +122,39 @@ def test_chargers_of_robots_that_are_heard_stay_theirs(node, grants):
     grants.look(is_lost=lambda robot: robot != "robot1", is_gone=lambda _: False)
 
     assert set(node.grants) == {"east"}
+
+
+def at_charger(robot, charge, state=RobotState.IDLE):
+    return RobotStatus(robot, state, Pose(0.0, 0.0), charge, charger=robot, at_charger=True)
+
+
+def test_as_many_robots_are_asked_for_room_as_others_wait_and_the_fullest_first(node, grants):
+    stand = [at_charger("robot1", 0.7), at_charger("robot2", 0.9), at_charger("robot3", 0.8)]
+    asked = []
+    for waiting in ([], [says("robot4")], [says("robot4"), says("robot5")], []):
+        grants.ask_for_room([*stand, *waiting])
+        asked.append(node.make_room)
+
+    assert asked == [(), ("robot2",), ("robot2", "robot3"), ()]
+
+
+def test_robots_that_charge_or_work_are_not_asked_for_room(node, grants):
+    charges = at_charger("robot1", 0.5, RobotState.CHARGING)
+    leaves = at_charger("robot2", 0.9, RobotState.BUSY)
+    grants.ask_for_room([charges, leaves, says("robot3")])
+
+    assert node.make_room == ()
+
+
+def test_a_robot_that_asks_for_a_free_charger_needs_no_room(node, grants):
+    grants.ask_for_room([at_charger("robot1", 0.9), says("robot2", "east")])
+
+    assert node.make_room == ()
+
+
+def test_a_robot_that_asks_for_the_charger_of_another_waits(node, grants):
+    stands = at_charger("robot1", 0.9)
+    grants.hear(stands)
+    grants.ask_for_room([stands, says("robot2", "robot1")])
+
+    assert node.make_room == ("robot1",)

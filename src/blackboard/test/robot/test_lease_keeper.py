@@ -46,3 +46,17 @@ def test_a_lease_has_ended_when_its_timer_says_so_despite_rounding():
     times = [(random.uniform(0.0, 1000.0), random.uniform(1.0, 5.0)) for _ in range(200)]
 
     assert not any(last_word(begin, length) for begin, length in times)
+
+
+def test_a_robot_is_asked_for_room_until_a_heartbeat_no_longer_names_it():
+    network = Network()
+    talker = NetworkTalker(network, "robot1")
+    keeper = LeaseKeeper(talker, "robot1", 1.0, lambda: None, lambda: None, NoFilter(talker))
+    keeper.start()
+    asked = [keeper.makes_room]
+    for names in (("robot2",), ("robot2", "robot1"), ()):
+        network.send(BACKUP, Heartbeat(1, "blackboard", make_room=names))
+        network.run(0.1)
+        asked.append(keeper.makes_room)
+
+    assert asked == [False, False, True, False]

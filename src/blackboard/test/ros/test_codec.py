@@ -92,6 +92,7 @@ FULL = {
     "HEARTBEAT": Heartbeat(
         *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive"),
         offline=("robot4",),
+        make_room=("robot5",),
         patience=0.75,
         map=MapId("lab", "3d2c1b0a"),
     ),

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from blackboard.domain.characteristics import RobotState
 from blackboard.domain.charger import Grant
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotStatus
@@ -41,6 +42,23 @@ class ChargerGrants:
         if wanted.charger and is_free and given != wanted:
             changes.append(wanted)
         self._node.give_chargers(tuple(changes))
+
+    def ask_for_room(self, fleet: Collection[RobotStatus]) -> None:
+        """Ask as many robots to leave their chargers as other robots wait for one.
+
+        These are the robots that have charged most of those that stand at chargers and would take
+        tasks. One that a person has set to charge where it stands cannot be told from one that
+        waits.
+        """
+        waiting = [each for each in fleet if self._waits(each)]
+        idle = [each for each in fleet if each.state is RobotState.IDLE and each.at_charger]
+        idle.sort(key=lambda each: (-each.charge, each.robot_id))
+        self._node.ask_for_room(tuple(each.robot_id for each in idle[: len(waiting)]))
+
+    def _waits(self, status: RobotStatus) -> bool:
+        given = self._node.grants.get(status.charger)
+        has_to = given is not None and given.robot != status.robot_id
+        return status.state is RobotState.CHARGING and (has_to or not status.charger)
 
     def look(self, is_lost: Callable[[str], bool], is_gone: Callable[[str], bool]) -> None:
         """Take chargers from robots that are lost; from one that stands there, when it is gone."""

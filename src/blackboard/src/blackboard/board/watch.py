@@ -186,6 +186,7 @@ class Watch:
             self._leases.forget(name)
             self._orders.forget_robot(name)
         self._recall(held, self._talker.world.now())
+        self._chargers.ask_for_room(self._presence.fleet())
         self._chargers.look(
             is_lost=lambda name: self._leases.is_lost(name, now),
             is_gone=lambda name: self._leases.unheard_for(name, now) >= FORGOTTEN_AFTER,

@@ -41,6 +41,8 @@ class Heartbeat:
     robot_lease: float = 0.0  # how long a robot may work after that, by its own clock [s]
     hive: str = ""
     offline: tuple[str, ...] = ()  # the robots that the leader has heard, and no longer hears
+    # The robots that are to leave their chargers to others, once they have charged enough.
+    make_room: tuple[str, ...] = ()
     # How long the members wait for the next message before they elect another leader [s]; 0 for
     # as long as the settings say.
     patience: float = 0.0

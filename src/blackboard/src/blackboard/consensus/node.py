@@ -101,6 +101,7 @@ class RaftNode:
         self._to_robot: Coalescer | None = None
         self._granted: dict[str, float] = {}
         self._offline: tuple[str, ...] = ()
+        self._make_room: tuple[str, ...] = ()
         self._map = self._leaders_map = NO_MAP
         self._robot_lease = 0.0
         self._filter = MemberFilter(
@@ -270,6 +271,10 @@ class RaftNode:
         """Name the robots that are not heard with every heartbeat from now on."""
         self._offline = robots
 
+    def ask_for_room(self, robots: tuple[str, ...]) -> None:
+        """Ask robots with every heartbeat from now on to leave their chargers to others."""
+        self._make_room = robots
+
     def tell_map(self, used: MapId) -> None:
         """Say which map this member uses, with every heartbeat that it sends as the leader."""
         self._map = used
@@ -361,10 +366,13 @@ class RaftNode:
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Heartbeat):
-            granted = dict(self._granted)
-            lease, offline = self._robot_lease, self._offline
             message = replace(
-                message, heard=granted, robot_lease=lease, offline=offline, map=self._map
+                message,
+                heard=dict(self._granted),
+                robot_lease=self._robot_lease,
+                offline=self._offline,
+                make_room=self._make_room,
+                map=self._map,
             )
         self._talker.publish(_TOPICS[type(message)], message, message.to)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from functools import partial
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.journal import MemoryJournal
@@ -20,9 +21,10 @@ from blackboard.domain.settings import ChargingSettings
 from blackboard.domain.task import Task, TaskType
 from blackboard.errors import JournalError
 from blackboard.robot.executor import CommandState
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from blackboard.consensus.journal import Journal
     from blackboard.consensus.task_list import TaskList
@@ -34,7 +36,6 @@ if TYPE_CHECKING:
     from blackboard.robot.executor import CommandResult, Controller
     from blackboard.robot.lease_keeper import LeaseKeeper
     from blackboard.robot.service import Service
-    from hive_common.pose import Pose
 
 NEAR = 1.0
 """A robot that is this close to a charger is in the way of others there [m]."""
@@ -43,7 +44,23 @@ _STOPPING_TIME = 1.0
 """A robot that stops has braked, and knows where it stands, after this long [s]."""
 
 _AVOID = 30.0
-"""A robot that found no path to a charger does not try it again for this long [s]."""
+"""A robot that found no path to a place does not try it again for this long [s]."""
+
+_ASIDE = (3.0, 5.0, 2.0)
+"""How far from a charger a robot goes that has no other place to go, the best first [m]."""
+
+_CLEAR = 1.5
+"""It keeps at least this far from all chargers [m]."""
+
+_DIRECTIONS = 12
+"""In how many directions it looks for such a place."""
+
+
+def _ring(center: Pose, radius: float) -> Iterator[Pose]:
+    """Yield places all around another one at a distance [m]."""
+    for number in range(_DIRECTIONS):
+        angle = math.tau * number / _DIRECTIONS
+        yield Pose(center.x + radius * math.cos(angle), center.y + radius * math.sin(angle))
 
 
 @dataclass(frozen=True)
@@ -63,7 +80,7 @@ class Phase(Enum):
     GOING = auto()  # it drives to a charger
     STOPPING = auto()  # it has stopped on its way, and keeps the charger until it stands
     THERE = auto()  # it charges
-    # It is full and drives back to where it started, so that the charger is free for others.
+    # It drives back to where it started, or aside, so that the charger is free for others.
     LEAVING = auto()
 
 
@@ -111,7 +128,7 @@ class Charging:
         self._grants: Mapping[str, Grant] = {}
         self._phase = Phase.AWAY
         self._is_sent = False
-        self._avoided: dict[str, float] = {}
+        self._avoided: dict[Pose, float] = {}
         self._pose: Pose | None = None
 
     def start(
@@ -281,8 +298,10 @@ class Charging:
 
     @property
     def _may_leave(self) -> bool:
-        """Whether it is full, and nothing keeps it at its charger."""
-        return self._service.state is None and self._battery.level >= self._plan.settings.full
+        """Whether it is full, or has enough while another waits, and nothing keeps it there."""
+        settings = self._plan.settings
+        needed = settings.enough if self._lease.makes_room else settings.full
+        return self._service.state is None and self._battery.level >= needed
 
     def _needs_charger(self, *, idle: bool, loaded: bool) -> bool:
         if loaded:
@@ -345,7 +364,7 @@ class Charging:
         lengths = {
             name: self._path_lengths.length(here, self._plan.chargers[name])
             for name in self._free
-            if self._avoided.get(name, -math.inf) <= self._talker.world.now()
+            if not self._is_avoided(self._plan.chargers[name])
         }
         reachable = [name for name in lengths if math.isfinite(lengths[name])]
         return min(reachable, key=lambda name: lengths[name], default=None)
@@ -358,19 +377,45 @@ class Charging:
             self._say(charger, is_there=True)
         else:
             self._phase = Phase.AWAY
-            self._avoided[charger] = self._talker.world.now() + _AVOID
+            self._avoid(self._plan.chargers[charger])
             self._say("")
         self._changed()
 
     def _make_room(self) -> None:
-        """Drive home from the charger, unless that is home."""
+        """Drive home from the charger; if that is its home, aside, but only for another robot."""
         place = self._plan.chargers[self.charger]
-        if self._home.distance_to(place) > NEAR and self._lease.holds():
+        can_go_home = self._home.distance_to(place) > NEAR and not self._is_avoided(self._home)
+        goal = self._home if can_go_home else None
+        if goal is None and self._lease.makes_room:
+            goal = self._aside(place)
+        if goal is not None and self._lease.holds():
             self._phase = Phase.LEAVING
-            self._drive(self._home, self._left)
+            self._drive(goal, partial(self._left, goal))
 
-    def _left(self, _: CommandResult) -> None:
+    def _aside(self, charger: Pose) -> Pose | None:
+        """Return the nearest place that is in the way at no charger; None if none is reached."""
+        for radius in _ASIDE:
+            lengths = {
+                # The way to the charger, because one search finds all of those.
+                self._path_lengths.length(goal, charger): goal
+                for goal in _ring(charger, radius)
+                if all(goal.distance_to(each) > _CLEAR for each in self.places)
+                if not self._is_avoided(goal)
+            }
+            if lengths and math.isfinite(min(lengths)):
+                return lengths[min(lengths)]
+        return None
+
+    def _left(self, goal: Pose, result: CommandResult) -> None:
+        if result.state is not CommandState.SUCCEEDED:
+            self._avoid(goal)
         self._phase = self._phase_here()
+
+    def _avoid(self, goal: Pose) -> None:
+        self._avoided[goal] = self._talker.world.now() + _AVOID
+
+    def _is_avoided(self, goal: Pose) -> bool:
+        return self._avoided.get(goal, -math.inf) > self._talker.world.now()
 
     def _phase_here(self) -> Phase:
         return Phase.THERE if self._is_at(self.charger) else Phase.AWAY

@@ -33,6 +33,9 @@ class LeaseKeeper:
         unheard: Called when the status is to be sent again: with every heartbeat while one got
             lost, and when the leader changes.
         hive_filter: Says which blackboards to obey.
+
+    Attributes:
+        makes_room: Whether the leader asks the robot to leave its charger to another.
     """
 
     def __init__(
@@ -49,7 +52,9 @@ class LeaseKeeper:
         self._changed = changed
         self._unheard = unheard
         self._filter = hive_filter
+        self._id = robot_id
         self._lease = Lease(robot_id, talker.now())
+        self.makes_room = False
         self._lapse: Timer | None = None
         self._tell: Callable[[float], None] = lambda _: None
         self._last_hive = ""
@@ -87,6 +92,7 @@ class LeaseKeeper:
             # member beside it has to hear the same heartbeat before it knows whom to tell.
             self._talker.after(0.0, self._unheard)
         self._epoch = beat.epoch
+        self.makes_room = self._id in beat.make_room
         if self._last_hive not in {"", self._filter.hive}:
             self._lease.begin_anew(now)
         self._last_hive = self._filter.hive

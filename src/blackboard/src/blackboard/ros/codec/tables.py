@@ -308,7 +308,7 @@ HEARTBEAT = Codec(
     Heartbeat,
     "epoch leader=active backup progress version sent robot_lease hive patience",
     _stamped(),
-    *_tuples("members offline"),
+    *_tuples("members offline make_room"),
     _mapping("heard", "robots", "heard"),
     _MAP,
 )

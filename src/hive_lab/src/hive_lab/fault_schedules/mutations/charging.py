@@ -106,6 +106,10 @@ def drive_to_a_charger_without_a_lease(patch):
     patch.setattr(Charging, "consider", rash)
 
 
+def stay_at_the_charger_for_which_another_waits(patch):
+    patch.setattr(ChargerGrants, "ask_for_room", lambda *_: None)
+
+
 MUTATIONS = (
     Mutation(drive_to_a_charger_that_was_not_given, (5, ONE_CHARGER)),
     Mutation(take_an_old_grant_for_a_new_one, (51, ONE_CHARGER), bug="51 robots share a charger"),
@@ -116,4 +120,5 @@ MUTATIONS = (
     Mutation(take_the_charger_at_which_a_lost_robot_stands, (140, ONE_CHARGER)),
     Mutation(take_a_charger_before_the_lease_has_ended, (228, ONE_CHARGER)),
     Mutation(drive_to_a_charger_without_a_lease, (51, ONE_CHARGER)),
+    Mutation(stay_at_the_charger_for_which_another_waits, (7012, ""), bug="7012"),
 )
