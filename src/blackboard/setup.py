@@ -16,6 +16,7 @@ setup(
             "blackboard.ros",
             "blackboard.ros.codec",
             "blackboard.ros.rospy_patches",
+            "blackboard.zenoh",
         ],
         package_dir={"": "src"},
     )

@@ -6,6 +6,7 @@ setup(
     **generate_distutils_setup(
         packages=[
             "fleet_manager",
+            "fleet_manager.certs",
             "fleet_manager.cli",
             "fleet_manager.client",
             "fleet_manager.config",

@@ -36,6 +36,7 @@ DEPENDENCY = {
     "scipy": "python3-scipy",
     "shapely": "python3-shapely",
     "yaml": "python3-yaml",
+    "zenoh": "eclipse-zenoh",
 }
 
 # Name in package.xml -> name of Debian's package, where they differ.

@@ -45,6 +45,24 @@ ROBOT_STATUS: Topic[RobotStatus] = Topic("robot_status")
 SET_STATE: Topic[str] = Topic("set_state")
 """In the robot's own namespace; all other topics belong to the hive."""
 
+LEARNER_TOPICS = (TASK_STATE, ROBOT_STATUS, BB_ACK)
+"""What a member that cannot lead may publish."""
+
+VOTER_TOPICS = (
+    *LEARNER_TOPICS,
+    NEW_TASK,
+    TASK_BROADCAST,
+    TASK_ASSIGN,
+    BACKUP,
+    SYNC,
+    BB_ENTRIES,
+    BB_VOTE,
+)
+"""What a member that can lead may publish; it advertises all of it before it has to."""
+
+ROBOT_TOPICS = (TASK_COST,)
+"""What a robot may publish besides."""
+
 
 class Timer(Protocol):
     """A call that is scheduled."""

@@ -11,6 +11,7 @@ from blackboard.domain.settings import (
     RaftSettings,
     TrafficSettings,
 )
+from blackboard.domain.talker import VOTER_TOPICS
 from blackboard.ros import membership
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.startup import run_node
@@ -35,7 +36,7 @@ def _run() -> None:
     params.refuse_unknown(kinds, ["journal"])
     hive = rospy.get_namespace()
     journal = membership.open_journal(rospy.get_name())
-    talker = RosTalker(hive, membership.VOTER_TOPICS)
+    talker = RosTalker(hive, VOTER_TOPICS)
     member = talker.member(rospy.get_name())
     path_lengths = RosPathLengths(talker, hive, params.read(PathSettings))
     node = membership.join(member, hive, path_lengths, journal, bootstraps=True)

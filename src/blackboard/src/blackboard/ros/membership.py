@@ -16,7 +16,6 @@ from blackboard.consensus.journal import SqliteJournal, owner_of, unusable
 from blackboard.consensus.member import name_of
 from blackboard.consensus.no_quorum import NoQuorum
 from blackboard.consensus.node import RaftNode
-from blackboard.domain import talker as topics
 from blackboard.domain.settings import BlackboardSettings, RaftSettings, TrafficSettings
 from blackboard.errors import SettingsError
 from blackboard.ros.diagnostics import Diagnostics
@@ -30,21 +29,6 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
     from blackboard.ros.path_lengths import RosPathLengths
     from blackboard.ros.talker import MemberTalker
-
-LEARNER_TOPICS = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BB_ACK)
-"""What a robot that cannot lead may publish."""
-
-VOTER_TOPICS = (
-    *LEARNER_TOPICS,
-    topics.NEW_TASK,
-    topics.TASK_BROADCAST,
-    topics.TASK_ASSIGN,
-    topics.BACKUP,
-    topics.SYNC,
-    topics.BB_ENTRIES,
-    topics.BB_VOTE,
-)
-"""What a member that can lead may publish; it advertises all of it before it has to."""
 
 _CHECK_PERIOD = 1.0
 """Time between two checks that the hive has a quorum, and the member the time [s]."""

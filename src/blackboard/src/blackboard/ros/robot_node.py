@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, TypeVar
 import rospy
 from robot_description.msg import MapInUse
 
-from blackboard.domain import talker as topics
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.charger import Charger
@@ -18,6 +17,7 @@ from blackboard.domain.settings import (
     PathSettings,
     RobotSettings,
 )
+from blackboard.domain.talker import LEARNER_TOPICS, ROBOT_TOPICS, VOTER_TOPICS
 from blackboard.domain.task import StepKind
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import Controller
@@ -56,8 +56,6 @@ _PART = "robot_node"
 _MAP_IN_USE = "map_in_use"
 _MOST_LETTERS = 64
 
-_ROBOT_TOPICS = (topics.TASK_COST,)
-
 
 def main() -> None:
     """Run one robot's part of the hive until the node is shut down.
@@ -93,8 +91,7 @@ def read_stands_by(names: RobotNames) -> bool:
 
 def topics_of(*, stands_by: bool) -> tuple[str, ...]:
     """Return what robots publish on the hive's topics."""
-    member_topics = membership.VOTER_TOPICS if stands_by else membership.LEARNER_TOPICS
-    return (*_ROBOT_TOPICS, *member_topics)
+    return (*ROBOT_TOPICS, *(VOTER_TOPICS if stands_by else LEARNER_TOPICS))
 
 
 def start_robot(

@@ -52,6 +52,7 @@ _MODULES = MappingProxyType(
         "load": "load",
         "world": "world",
         "map": "map",
+        "certs": "certs",
         "learned": "learned",
         "fault": "fault",
     }

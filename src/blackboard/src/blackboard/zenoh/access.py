@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Who may say what in a hive over Zenoh, as access control that Zenoh itself enforces.
+
+Every message has the key `hive/HIVE/TOPIC/SENDER`. The last part names the member that speaks, and
+Zenoh passes a message on only if the certificate of the connection belongs to that member. So the
+sender of a message can be read from its key, and nothing in the message has to be believed.
+
+Everything that no rule allows is denied. A certificate that is not on the list gets nothing and
+says nothing, even if the site's own authority has issued it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from blackboard.domain import talker as topics
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+ANY = "**"
+"""Zenoh's wildcard for any number of parts of a key."""
+
+_ROBOT_NAMESPACE = "*"
+"""Zenoh's wildcard for one part of a key: the name of any robot."""
+
+_TRAFFIC = "traffic"
+_ROUTES, _TRAFFIC_STATE = "routes", "traffic_state"
+_ZONE_COMMAND = "zone_command"
+
+
+class Role(Enum):
+    """What a certificate is for."""
+
+    BLACKBOARD = "blackboard"  # the node that bootstraps the hive; no robot
+    ROBOT = "robot"  # may lead the hive
+    LEARNER = "learner"  # a robot that may not lead (`stands_by: false`)
+    OPERATOR = "operator"  # posts and cancels tasks, sets the state of robots, closes zones
+    VIEWER = "viewer"  # listens
+    ROUTER = "router"  # passes on what others say
+
+
+_LEADS = (*topics.VOTER_TOPICS, _ROUTES, _TRAFFIC_STATE)
+
+_ROBOT = (*topics.ROBOT_TOPICS, _TRAFFIC)
+
+_SAYS = {
+    Role.BLACKBOARD: _LEADS,
+    Role.ROBOT: (*_LEADS, *_ROBOT),
+    Role.LEARNER: (*topics.LEARNER_TOPICS, *_ROBOT),
+    Role.OPERATOR: (
+        topics.NEW_TASK,
+        topics.TASK_CANCEL,
+        _ZONE_COMMAND,
+        f"{_ROBOT_NAMESPACE}/{topics.SET_STATE}",
+    ),
+    Role.VIEWER: (),
+    Role.ROUTER: (),
+}
+"""The topics of the hive on which each role may speak. The leader runs the traffic planner, so who
+may lead may speak for it."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A member, a program or a router that may take part.
+
+    Attributes:
+        name: The last part of the keys on which it speaks.
+        role: What it may do.
+        common_name: That of its certificate; one that was revoked had another.
+    """
+
+    name: str
+    role: Role
+    common_name: str
+
+
+def key_of(hive: str, topic: str, sender: str) -> str:
+    """Return the key on which a sender speaks on a topic of a hive."""
+    return f"hive/{hive}/{topic}/{sender}"
+
+
+def speaks_on(hive: str, identity: Identity) -> tuple[str, ...]:
+    """Return the key expressions on which an identity may speak.
+
+    A robot also speaks on topics in a namespace of its own, such as that of its pose.
+    """
+    if identity.role is Role.ROUTER:
+        return (f"hive/{hive}/{ANY}",)
+    said = list(_SAYS[identity.role])
+    if identity.role in {Role.ROBOT, Role.LEARNER}:
+        said.append(f"{identity.name}/*")
+    return tuple(key_of(hive, topic, identity.name) for topic in said)
+
+
+def access_control(hive: str, identities: Iterable[Identity]) -> dict[str, Any]:
+    """Return the section `access_control` of a Zenoh configuration.
+
+    Every machine of a hive uses the same one, because each checks what comes in itself.
+
+    Args:
+        hive: The hive's name, one part of a key.
+        identities: All that may take part.
+    """
+    listed = list(identities)
+    everything = [f"hive/{hive}/{ANY}"]
+    rules = [
+        _rule("listen", ["ingress", "egress"], ["declare_subscriber"], everything),
+        _rule("hear", ["egress"], ["put"], everything),
+    ]
+    policies = []
+    if listed:
+        policies.append(_policy(["listen", "hear"], [each.name for each in listed]))
+    for each in listed:
+        keys = speaks_on(hive, each)
+        if keys:
+            rules.append(_rule(f"{each.name} speaks", ["ingress"], ["put"], list(keys)))
+            policies.append(_policy([f"{each.name} speaks"], [each.name]))
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": [
+            {"id": each.name, "cert_common_names": [each.common_name]} for each in listed
+        ],
+        "policies": policies,
+    }
+
+
+def _rule(name: str, flows: list[str], messages: list[str], keys: list[str]) -> dict[str, Any]:
+    return {
+        "id": name,
+        "permission": "allow",
+        "flows": flows,
+        "messages": messages,
+        "key_exprs": keys,
+    }
+
+
+def _policy(rules: list[str], subjects: list[str]) -> dict[str, Any]:
+    return {"rules": rules, "subjects": subjects}

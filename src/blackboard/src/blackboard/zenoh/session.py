@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How a member's Zenoh session is configured, with its certificate or on loopback only."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from blackboard.errors import SettingsError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+AUTHORITY, CERTIFICATE, KEY, ACCESS = "authority.crt", "own.crt", "own.key", "access.json"
+"""The files of an identity, in a folder of its own."""
+
+_RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2.0}
+"""When a connection is tried again; a session is back 0.3 s after what it connects to."""
+
+
+class Mode(Enum):
+    """How a session takes part, in Zenoh's words."""
+
+    PEER = "peer"  # connects to all others, directly
+    CLIENT = "client"  # connects to one router
+    ROUTER = "router"  # passes on what others say
+
+
+_PATIENCE = {Mode.PEER: 500, Mode.ROUTER: 500, Mode.CLIENT: -1}
+"""How long opening a session waits for what it connects to [ms]; -1 for ever, because a client is
+nothing without its router. The others go on trying."""
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Where a session is reached, and what it connects to, as Zenoh writes them.
+
+    For example `tls/192.168.1.12:7447`.
+    """
+
+    listen: tuple[str, ...] = ()
+    connect: tuple[str, ...] = ()
+
+
+def session_config(
+    endpoints: Endpoints, folder: Path | None = None, mode: Mode = Mode.PEER
+) -> dict[str, Any]:
+    """Return the configuration of a session; `zenoh.Config.from_json5` takes it as JSON.
+
+    Args:
+        endpoints: Where it is reached, and what it connects to.
+        folder: The files of its identity; without them it stays on this machine.
+        mode: How it takes part.
+
+    Raises:
+        SettingsError: An endpoint is not allowed: without certificates it has to be `tcp/` at an
+            address of this machine's loopback, with them `tls/`. Or a file is missing or unusable.
+    """
+    check = _check_bare if folder is None else _check_encrypted
+    for each in (*endpoints.listen, *endpoints.connect):
+        check(each)
+    config: dict[str, Any] = {
+        "mode": mode.value,
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "listen": {"endpoints": list(endpoints.listen)},
+        "connect": {
+            "endpoints": list(endpoints.connect),
+            "timeout_ms": _PATIENCE[mode],
+            "exit_on_failure": False,
+            "retry": _RETRY,
+        },
+    }
+    if folder is not None:
+        config["transport"] = {"link": {"tls": _encryption(folder)}}
+        config["access_control"] = _access(folder / ACCESS)
+    return config
+
+
+def _encryption(folder: Path) -> dict[str, Any]:
+    """Return how connections prove who they are, in both directions.
+
+    Names of hosts are not compared: what counts is which identity a certificate is for, and the
+    access control decides by that.
+    """
+    for name in (AUTHORITY, CERTIFICATE, KEY):
+        if not (folder / name).is_file():
+            raise SettingsError(
+                f"{folder} has no {name}; copy the whole folder that `hive certs add` has made"
+            )
+    own, key = str(folder / CERTIFICATE), str(folder / KEY)
+    return {
+        "root_ca_certificate": str(folder / AUTHORITY),
+        "listen_certificate": own,
+        "listen_private_key": key,
+        "connect_certificate": own,
+        "connect_private_key": key,
+        "enable_mtls": True,
+        "verify_name_on_connect": False,
+        "close_link_on_expiration": True,
+    }
+
+
+def _access(path: Path) -> dict[str, Any]:
+    try:
+        section = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise SettingsError(
+            f"{path} cannot be used ({error}); copy the one that `hive certs` has written"
+        ) from None
+    guards = {"enabled": True, "default_permission": "deny"}
+    if not isinstance(section, dict) or not guards.items() <= section.items():
+        raise SettingsError(
+            f"{path} is no access list; copy the one that `hive certs` has written"
+        )
+    return section
+
+
+def _check_encrypted(endpoint: str) -> None:
+    if not endpoint.startswith("tls/"):
+        raise SettingsError(f"endpoint {endpoint!r}; allowed with certificates: tls/HOST:PORT")
+
+
+def _check_bare(endpoint: str) -> None:
+    protocol, _, address = endpoint.partition("/")
+    host = address.rpartition(":")[0].strip("[]")
+    if protocol != "tcp" or not _is_loopback(host):
+        raise SettingsError(
+            f"endpoint {endpoint!r}; allowed without certificates: tcp/127.0.0.1:PORT. To reach "
+            "other machines, make certificates with `hive certs`"
+        )
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
