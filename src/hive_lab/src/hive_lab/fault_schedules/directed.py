@@ -405,10 +405,29 @@ _GIVEN_BY_A_MINORITY = (
     SetState(14.6, "robot2", "charge"),
 )
 
+# Robot1 loses its disk where it charges. The task is for robot2, which starts with a nearly empty
+# battery and waits for the charger.
+_LOST_HOME = (Crash(11.0, "robot1", 0.1, disk_lost=True),)
+_HEAVY = Task("T1", TaskType.GA, (Pose(1.0, 2.0),), payload=50.0, no_split=True)
+
+_DOCK = ChargingPlan({"dock": Pose(-6.0, 0.0)})
+
+
+def _charging_kit(charge: float, payload: float) -> RobotKit:
+    """Return a robot that charges at the dock in 30 s; its battery lasts some minutes."""
+    battery = replace(SMALL_ROBOT.battery, capacity=0.2, charging_time=30.0)
+    body = replace(SMALL_ROBOT, payload=payload, battery=battery)
+    return RobotKit(body, charge=charge, charging=_DOCK)
+
+
 _CHARGING = (
     replace(
         _schedule("given by a minority", *_GIVEN_BY_A_MINORITY, robots=4),
-        kits=(RobotKit(charging=ChargingPlan({"dock": Pose(-6.0, 0.0)})),) * 4,
+        kits=(RobotKit(charging=_DOCK),) * 4,
+    ),
+    replace(
+        _schedule("a lost home", *_LOST_HOME, task=_HEAVY, late=(("robot2", 9.0),)),
+        kits=(_charging_kit(0.25, 20.0), _charging_kit(0.13, 100.0)),
     ),
 )
 

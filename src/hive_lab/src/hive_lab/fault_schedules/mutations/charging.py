@@ -120,5 +120,5 @@ MUTATIONS = (
     Mutation(take_the_charger_at_which_a_lost_robot_stands, (140, ONE_CHARGER)),
     Mutation(take_a_charger_before_the_lease_has_ended, (228, ONE_CHARGER)),
     Mutation(drive_to_a_charger_without_a_lease, (51, ONE_CHARGER)),
-    Mutation(stay_at_the_charger_for_which_another_waits, (7012, ""), bug="7012"),
+    Mutation(stay_at_the_charger_for_which_another_waits, "a lost home", bug="7012"),
 )
