@@ -93,11 +93,14 @@ def give_a_charger_before_a_majority_knows(patch):
 
 def drive_to_a_charger_without_a_lease(patch):
     class Held:
+        def __init__(self, lease):
+            self.makes_room = lease.makes_room
+
         def holds(self):
             return True
 
     def rash(self, **kw):
-        lease, self._lease = self._lease, Held()
+        lease, self._lease = self._lease, Held(self._lease)
         consider(self, **kw)
         self._lease = lease
 
