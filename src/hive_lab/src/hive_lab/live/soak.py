@@ -20,10 +20,10 @@ from blackboard.msg import TaskState
 from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.registry import BenchResult
 from hive_lab.live.live_hive import bench_hive
-from hive_lab.live.live_operator import make_task
+from hive_lab.live.live_operator import TERMINAL, make_task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from hive_lab.live.live_hive import LiveHive
@@ -104,6 +104,37 @@ class Growth:
             self.of_journals = max(self.of_journals, size - self._journals.setdefault(file, size))
 
 
+class Posted:
+    """Follows tasks to their ends while the hive goes on, which forgets them after an hour.
+
+    Args:
+        state_of: Returns the state of a task on the hive's list; -1 if it is not there.
+
+    Attributes:
+        total: How many were posted.
+        done: How many of them are DONE.
+    """
+
+    def __init__(self, state_of: Callable[[str], int]) -> None:
+        self._state_of = state_of
+        self._open: set[str] = set()
+        self.total = self.done = 0
+
+    def add(self, task_id: str) -> None:
+        """Follow a task that was just posted."""
+        self._open.add(task_id)
+        self.total += 1
+
+    def have_ended(self) -> bool:
+        """Look at all whose end is not known yet; return whether there are none left."""
+        for task_id in tuple(self._open):
+            state = self._state_of(task_id)
+            if state in TERMINAL:
+                self._open.discard(task_id)
+                self.done += state == TaskState.DONE
+        return not self._open
+
+
 def _faults(hive: LiveHive, draw: random.Random) -> Iterator[str]:
     """Inject one fault after another, and yield what it was."""
     while True:
@@ -123,27 +154,29 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float, seed: int) -> 
     draw = random.Random(seed + 1)
     faults, growth, names = _faults(hive, draw), Growth(), itertools.count()
     begun = time.monotonic()
-    next_fault, posted = begun + _FAULT_EVERY, []
-    done = 0
+    next_fault, posted = begun + _FAULT_EVERY, Posted(operator.state_of)
+    injected = 0
     while time.monotonic() - begun < 60.0 * minutes:
-        posted.append(f"soak{next(names)}")
-        operator.post(make_task(posted[-1], (draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0))))
+        name = f"soak{next(names)}"
+        posted.add(name)
+        operator.post(make_task(name, (draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0))))
         if time.monotonic() > next_fault:
             next_fault += _FAULT_EVERY
-            done += 1
+            injected += 1
             sys.stderr.write(f"{time.monotonic() - begun:6.0f} s  {next(faults)}\n")
         if next_fault - time.monotonic() < _FAULT_EVERY - _CALM:
             growth.look(hive.pids())
             growth.look_at_journals(hive.journals)
         time.sleep(_TASK_EVERY)
-    ended = [operator.follow(name) for name in posted]
+        posted.have_ended()
+    operator.wait(posted.have_ended)
     epochs = {beat.epoch for _, beat in operator.beats}
     return {
         "minutes": minutes,
-        "faults": float(done),
+        "faults": float(injected),
         "takeovers": float(len(epochs) - 1),
-        "tasks": float(len(posted)),
-        "tasks_not_done": float(sum(state != TaskState.DONE for state in ended)),
+        "tasks": float(posted.total),
+        "tasks_not_done": float(posted.total - posted.done),
         "memory_growth": round(growth.worst.memory, 1),
         "thread_growth": growth.worst.threads,
         "file_growth": growth.worst.files,
