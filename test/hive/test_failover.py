@@ -35,6 +35,8 @@ SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "600"))
 
 RECOVERED_BESIDE = "recovered beside a majority"
 
+DEFECTS = (2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35199, 35345, 37535, 54852)
+
 POSTS = tuple(
     Post(8.0 + 3.0 * number, Task(f"T{number}", TaskType.GAB, (Pose(1.0, 2.0), Pose(number, 4.0))))
     for number in range(4)
@@ -82,7 +84,7 @@ def test_random_schedules_with_learners_break_no_property():
     assert not broken, broken[0].in_full()
 
 
-@pytest.mark.parametrize("seed", [2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35345, 54852])
+@pytest.mark.parametrize("seed", DEFECTS)
 def test_defects_that_schedules_have_found_stay_fixed(seed):
     outcome = run(draw(seed))
 
@@ -100,6 +102,19 @@ def test_robots_that_come_back_take_no_load_twice_or_for_another(seed, scenario)
     outcome = run(draw(seed, scenario))
 
     assert not outcome.violation, outcome.in_full()
+
+
+@pytest.mark.parametrize("seed", [15676, 26082])
+def test_what_robots_still_do_for_a_forgotten_task_is_told_from_a_new_one_of_its_id(seed):
+    outcome = run(draw(seed))
+
+    assert not outcome.violation, outcome.in_full()
+
+
+def test_tasks_wait_for_a_person_when_a_robot_that_is_gone_blocks_the_only_charger():
+    outcome = run(draw(9915))
+
+    assert (outcome.violation, outcome.ended["WAITING"]) == ("", 15)
 
 
 def test_a_robot_whose_answer_was_lost_is_asked_again_where_few_are_asked_first():

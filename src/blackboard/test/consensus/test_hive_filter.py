@@ -36,16 +36,16 @@ class Member:
         self.node.start()
         self.network.run(0.1)
 
-    def hear_beats(self, hive, epoch, seconds, leader="robot1", members=OTHERS):
+    def hear_beats(self, hive, epoch, seconds, leader="robot1", members=OTHERS, version=0):
         """Send the heartbeats of the leader of a hive for some time [s]."""
         for _ in range(round(seconds / 0.2)):
-            beat = Heartbeat(epoch, leader, members=members, hive=hive)
+            beat = Heartbeat(epoch, leader, members=members, version=version, hive=hive)
             self.network.send(BACKUP, beat)
             self.network.run(0.2)
 
-    def tell_of(self, members, echo):
-        """Send what a member of hive2 says of it, in answer to a heartbeat of a time [s]."""
-        answer = AppendReply("robot1#1", 3, 0, echo, "hive2", members=members)
+    def tell_of(self, members, echo, version=0, hive="hive2"):
+        """Send what a member of a hive says of it, in answer to a heartbeat of a time [s]."""
+        answer = AppendReply("robot1#1", 3, version, echo, hive, members=members)
         self.network.send(BB_ACK, answer)
         self.network.run(0.1)
 
@@ -263,6 +263,18 @@ def test_a_smaller_hive_waits_again_for_a_larger_one_that_was_silent_meanwhile()
     assert not member.node.may_act()
 
 
+@pytest.mark.parametrize(("version", "goes_on"), [(6, True), (7, False)])
+def test_a_member_that_lacks_what_its_leader_has_told_may_not_know_the_size_of_its_hive(
+    version, goes_on
+):
+    member = only_member()
+    member.hear_beats("hive0", 3, seconds=0.2, members=("robot1",), version=7)
+
+    member.tell_of(2, echo=member.network.now, version=version, hive="hive0")
+
+    assert member.node.may_act() == goes_on
+
+
 @pytest.mark.parametrize(("members", "answers"), [(("robot4",), True), (OTHERS, False)])
 def test_a_member_answers_the_leader_of_a_smaller_hive(members, answers):
     member = Member()
@@ -286,6 +298,16 @@ def test_a_larger_hive_goes_on():
 
     assert member.node.may_act()
     assert "the other hive pauses" in member.talker.warnings[0]
+
+
+def test_each_change_of_which_hive_pauses_is_told_once():
+    member = only_member()
+
+    for members in [("robot1",), ("robot1", "robot2")] * 3:
+        member.hear_beats("hive0", 9, seconds=1.0, members=members)
+    told = [text for text in member.talker.warnings if "hears hive hive0 (" in text]
+
+    assert ["the other hive pauses" in text for text in told] == [True, False]
 
 
 def voter_of_three():

@@ -314,6 +314,28 @@ def test_an_arm_is_stopped_that_an_earlier_process_may_have_started(state, times
     assert (bench.drive.cancelled, bench.arm.cancelled) == (0, times)
 
 
+@pytest.mark.parametrize(("state", "times"), [(State.IDLE, 1), (State.DRIVING, 0)])
+def test_a_base_is_stopped_that_an_earlier_process_may_have_started(state, times):
+    bench = Bench()
+    if state is not State.IDLE:
+        bench.bring_to(state)
+
+    bench.controller.stop_base()
+
+    assert (bench.drive.cancelled, bench.arm.cancelled) == (times, 0)
+
+
+def test_a_base_that_this_process_has_driven_stands_when_nothing_is_under_way():
+    bench = Bench()
+    bench.run()
+    bench.controller.stop()
+    before = bench.drive.cancelled
+
+    bench.controller.stop_base()
+
+    assert bench.drive.cancelled == before
+
+
 def test_stopping_cancels_the_command_under_way_and_reports_nothing():
     bench = Bench()
     bench.run()

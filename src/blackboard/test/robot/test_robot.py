@@ -12,7 +12,7 @@ from blackboard.domain.talker import (
     ROBOT_STATUS,
     TASK_STATE,
 )
-from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType, split_task
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
 from hive_lab.virtual.hive import SMALL_ROBOT
@@ -81,6 +81,17 @@ def test_asked_for_a_task_that_has_not_begun_it_hands_it_back():
 
     assert harness.reports(CARRY) == [(WAITING, 0)]
     assert harness.status.tasks == ("T1",)
+
+
+def test_asked_for_a_task_that_its_process_did_not_know_it_stops_its_base_first():
+    harness = RobotHarness()
+    (drive,) = split_task(GO)
+    harness.command.start(drive, lambda _: None)  # as an earlier process has done
+
+    harness.order(GO, kind=OrderKind.HAND_BACK_UNBEGUN)
+
+    assert harness.command.running is None
+    assert harness.reports(GO) == [(WAITING, 0)]
 
 
 def test_asked_for_a_task_that_has_begun_it_keeps_it():

@@ -104,6 +104,7 @@ class MemberFilter:
         self._timeout = timeout
         self._patience = patience
         self._told_of: dict[str, tuple[float, float]] = {}
+        self._committed: dict[str, int] = {}  # by the other hive, as its leaders have said
         self._larger: tuple[str, float, float] | None = None  # its id, its size, and when heard
         self._own_size = 0
         self._handover: Handover | None = None
@@ -209,6 +210,9 @@ class MemberFilter:
         pauses = self._is_larger(other, _size(message), own)
         if isinstance(message, Heartbeat):
             self._told_of.pop(other, None)
+            self._committed[other] = max(message.version, self._committed.get(other, 0))
+        elif message.version < self._committed.get(other, 0):
+            return  # it may have missed that its hive has become smaller
         elif own.role is not Role.LEADER or not now - self._timeout <= message.echo <= now:
             return  # it answers none of this leader's heartbeats
         elif self._told_for(other, now) > self._patience:
@@ -217,9 +221,10 @@ class MemberFilter:
             self._larger = other, _size(message), now
         if not pauses and isinstance(message, Heartbeat):
             self._tell_of(own, message.leader, message.sent)
-        if other in self._warned:
+        verdict = f"{other} pauses: {not pauses}"
+        if verdict in self._warned:
             return
-        self._warned.add(other)
+        self._warned.add(verdict)
         mine = ", ".join(map(name_of, own.members)) or "nobody yet"
         if not pauses:
             then = "the other hive pauses"
@@ -300,7 +305,7 @@ class MemberFilter:
         answer = AppendReply(
             own.id,
             own.epoch,
-            version=0,
+            version=own.log.position.version,
             echo=echo,
             hive=own.hive,
             voter=own.voter,

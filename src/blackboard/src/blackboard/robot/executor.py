@@ -184,6 +184,7 @@ class Controller:
         self._run: _Run | None = None
         self._command: Command | None = None
         self._started = 0
+        self._has_driven = False
         self._pause: Timer | None = None
         self._here: Callable[[], Pose] | None = None
         self._time_step: Callable[[TaskStep], Callable[[], None]] = lambda _: _nothing
@@ -255,6 +256,12 @@ class Controller:
         if command is not None and self.state is not State.ACTING:
             command.cancel()
 
+    def stop_base(self) -> None:
+        """Have the base stop a drive that an earlier process of this robot may have begun."""
+        command = self._commands.get(StepKind.MOVE)
+        if command is not None and not self._has_driven and self.state not in _WORKING:
+            command.cancel()
+
     def _handle(self, event: Event, result: CommandResult = _SUCCESS) -> None:
         run, before, after = self._run, self.state, TRANSITIONS[self.state][event]
         if run is None or after is None:
@@ -313,6 +320,7 @@ class Controller:
             text = f"this robot has no command for {step.kind.name}"
             self._handle(Event.GAVE_UP, CommandResult(CommandState.REJECTED, text))
             return
+        self._has_driven = self._has_driven or step.kind is StepKind.MOVE
         self._timed = self._time_step(step)
         self._started += 1
         number = self._started

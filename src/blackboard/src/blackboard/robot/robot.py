@@ -479,6 +479,9 @@ class Robot:
         """
         if entry is self._current:
             self._controller.stop()
+        else:
+            # Its process may have begun the task before it restarted, and the base drives on.
+            self._controller.stop_base()
         loaded = is_picked(entry.task, entry.step) or self._loads.has(entry.task)
         if loaded:
             self._leave_on_board(entry.task.id, entry.task.payload)

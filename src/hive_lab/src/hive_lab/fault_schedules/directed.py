@@ -87,6 +87,12 @@ def _few_asked(schedule: FaultSchedule, *kits: RobotKit) -> FaultSchedule:
     return replace(schedule, board=evolve(schedule.board, most_asked=1), kits=kits)
 
 
+def _impatient(schedule: FaultSchedule, *kits: RobotKit) -> FaultSchedule:
+    """Return a schedule in which tasks are soon overdue, with robots as given."""
+    board = evolve(schedule.board, overdue_factor=1.0, overdue_grace=1.0)
+    return replace(schedule, board=board, kits=kits)
+
+
 # The blackboard node and robot2 both ask robot1 for its vote in epoch 2. The blackboard node wins
 # and can tell nobody; only then robot2 learns that robot1 would vote for it, and is a candidate.
 _RIVALS = (
@@ -367,6 +373,25 @@ _FULL_DISK = (
 # Robot1 freezes in the pause before it tries a drive again, until robot2 works on T1.
 _FROZEN_PAUSE = (Freeze(12.0, "robot1", 8.0),)
 
+# Robot1 takes far longer for its drive than it has promised. Its process restarts just before the
+# leader has it hand T1 back, and its base drives on.
+_RESTARTED_DRIVE = (
+    SetState(6.5, "robot2", "defect"),
+    SetState(12.0, "robot2", "idle"),
+    Crash(28.635, "robot1", 0.05),
+)
+
+# The blackboard node loses its disk while it is cut off, and bootstraps a second hive, in which T2
+# is posted. Robot1 and robot2 go on without it, are cut off from each other, and the one that
+# leads goes on alone. The other hears the second hive first, and believes that its own has two
+# members.
+_OLD_SIZE = (
+    Cut(12.0, (BLACKBOARD, OPERATOR), 14.9),
+    Crash(12.5, BLACKBOARD, 0.3, disk_lost=True),
+    Post(18.0, _another("T2")),
+    Cut(24.8, (LEADER,), 5.4),
+)
+
 _WORK = (
     _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),
     _schedule("a lost load", *_LOST_LOAD, task=_PICK),
@@ -389,6 +414,10 @@ _WORK = (
         seed=34,
     ),
     _schedule("a forgotten order", *_FORGOTTEN_ORDER, keep_ended=0.1, seed=194),
+    _schedule("an old size", *_OLD_SIZE, task=_tour(40, 0.5), seed=6),
+    _impatient(
+        _schedule("a restarted drive", *_RESTARTED_DRIVE), RobotKit(stalls=1.0), RobotKit()
+    ),
     _few_asked(_schedule("too slow once", *_TOO_SLOW, seed=2), _STRONG, RobotKit()),
     _schedule("a late pick", *_LATE_PICK, task=_PICK),
     _schedule("a dropped pick", *_DROPPED_PICK, task=_PICK, seed=3),

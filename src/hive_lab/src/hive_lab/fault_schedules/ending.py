@@ -85,12 +85,21 @@ class Ending:
         )
 
     def _nobody_can(self, record: TaskRecord) -> bool:
-        """Return whether a task waits that no robot is made for which is not gone."""
+        """Return whether a task waits that no robot can do which is not gone."""
         return record.state is TaskState.WAITING and all(
-            each.kit.characteristics.excludes(record.task)
+            each.kit.characteristics.excludes(record.task) or self._is_stranded(each)
             for each in self._members.values()
             if each.drive is not None and not each.gone
         )
+
+    def _is_stranded(self, robot: SimulatedMember) -> bool:
+        """Return whether a robot's battery is empty and gone robots stand at all its chargers.
+
+        Only a person can help it.
+        """
+        blocked = {each.pose for each in self._members.values() if each.gone}
+        chargers = set(robot.kit.charging.chargers.values())
+        return bool(chargers) and robot.battery.level <= 0.0 and chargers <= blocked
 
     def greatest(self) -> str:
         """Return the id of the hive that most members belong to."""

@@ -150,6 +150,8 @@ class ProtocolChecker:
         if step.kind is StepKind.PICK:
             # A person is there and takes the load of a GPA off.
             self.loads.arms[robot].take_off()
+        if self.loads.is_of_an_earlier_task(step):
+            return
         self.done[task] += 1
         self._finished.add(task)
         self._finishers[task] = robot
@@ -213,10 +215,10 @@ class ProtocolChecker:
             if known is not None:
                 self._check_left(known, record)
             elif anew:
-                self._begin_anew(record.task.id)
+                self._begin_anew(record, member.hive)
             done = record.state is TaskState.DONE and not record.parts
             if done and record.task.type == TaskType.GPAB:
-                self.loads.check_done(record.task.id)
+                self.loads.check_done(record.task.id, member.hive, record.assignment)
             if done and record.task.id not in self._finished:
                 what = f"{member.id} commits {record.task.id} as done, which nobody has finished"
                 self._broken("done once", what)
@@ -242,12 +244,13 @@ class ProtocolChecker:
             ended = (each.task.id for each in message.records if each.state.is_terminal)
             self._ended.update(ended)
 
-    def _begin_anew(self, task: str) -> None:
+    def _begin_anew(self, record: TaskRecord, hive: str) -> None:
         """Allow a task to be done that was posted under the id of a forgotten one."""
+        task = record.task.id
         self.done[task] = 0
         self._finished.discard(task)
         self._lost.discard(task)
-        self.loads.begin_anew(task)
+        self.loads.begin_anew(task, hive, record.earlier)
 
     def _check_left(self, before: TaskRecord, after: TaskRecord) -> None:
         """Check that a robot has stopped before its task is taken from it without a handback.

@@ -7,7 +7,7 @@ actions by their ids, and knows what it holds; see blackboard/Pick.action.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, NoReturn
 
 from blackboard.domain.task import StepKind
@@ -27,6 +27,9 @@ _NOTHING = CommandResult(CommandState.ABORTED, "the load of this task is not on 
 class LoadChecker:
     """Follows each load: a load is picked once and put down once, and a robot holds one.
 
+    A task that is posted under the id of a forgotten one has a load of its own, and an arm may
+    still move that of the forgotten one. The assignment in an action's id tells them apart.
+
     Args:
         broken: Ends the run; takes the broken property and the observation.
 
@@ -37,8 +40,9 @@ class LoadChecker:
 
     def __init__(self, broken: Callable[[str, str], NoReturn]) -> None:
         self._broken = broken
-        self._picked: dict[str, str] = {}
-        self._put_down: Counter[str] = Counter()
+        self._begun_anew: dict[str, list[tuple[str, int]]] = defaultdict(list)
+        self._picked: dict[tuple[str, int], str] = {}
+        self._put_down: Counter[tuple[str, int]] = Counter()
         self.arms: dict[str, SimulatedArm] = {}
         self.unclear: set[str] = set()
 
@@ -47,36 +51,65 @@ class LoadChecker:
         self.arms[robot] = arm
         arm.loads = self
 
-    def pick(self, robot: str, task: str, on_board: str) -> None:
-        """Record that a robot has picked the load of a task; `on_board` is what it held."""
+    def pick(self, robot: str, step: TaskStep, on_board: str) -> None:
+        """Record that a robot has picked the load of a step; `on_board` is what it held."""
+        task, load = step.task_id, self._load_of(step)
         if on_board:
             what = f"{robot} picks the load of {task} and has that of {on_board} on board"
             self._broken("one load, one place", what)
-        if task in self._picked and task not in self.unclear:
-            first = self._picked[task]
+        if load in self._picked and task not in self.unclear:
+            first = self._picked[load]
             what = f"{robot} picks a load of {task}, which {first} has picked"
             self._broken("one load, one place", what)
-        self._picked[task] = robot
+        self._picked[load] = robot
 
-    def put_down(self, robot: str, task: str) -> None:
-        """Record that a robot has put the load of a task down."""
-        self._put_down[task] += 1
-        is_wrong = self._put_down[task] > 1 or self._picked.get(task) != robot
+    def put_down(self, robot: str, step: TaskStep) -> None:
+        """Record that a robot has put the load of a step down."""
+        task, load = step.task_id, self._load_of(step)
+        self._put_down[load] += 1
+        is_wrong = self._put_down[load] > 1 or self._picked.get(load) != robot
         if is_wrong and task not in self.unclear:
             what = f"{robot} puts a load of {task} down that is not on board"
             self._broken("one load, one place", what)
 
-    def check_done(self, task: str) -> None:
-        """Check that the load of a task that counts as carried to its goal was put down."""
-        if self._put_down[task] != 1 and task not in self.unclear:
-            what = f"{task} is done, and its load was put down {self._put_down[task]} times"
+    def check_done(self, task: str, hive: str, assignment: int) -> None:
+        """Check that the load of a task that counts as carried to its goal was put down.
+
+        `assignment` is the number of the task's last assignment in a hive.
+        """
+        times = self._put_down[self._load(task, hive, assignment)]
+        if times != 1 and task not in self.unclear:
+            what = f"{task} is done, and its load was put down {times} times"
             self._broken("one load, one place", what)
 
-    def begin_anew(self, task: str) -> None:
-        """Expect another load under the id of a task that was forgotten."""
-        self._picked.pop(task, None)
-        del self._put_down[task]
+    def begin_anew(self, task: str, hive: str, assignment: int) -> None:
+        """Expect another load under the id of a task that a hive has forgotten.
+
+        `assignment` is the number of the last assignment in that hive that is not for it.
+        """
+        self._begun_anew[task].append((hive, assignment))
         self.unclear.discard(task)
+
+    def is_of_an_earlier_task(self, step: TaskStep) -> bool:
+        """Return whether an arm's step belongs to a forgotten task whose id another one has."""
+        return self._load_of(step)[1] < len(self._begun_anew[step.task_id])
+
+    def _load_of(self, step: TaskStep) -> tuple[str, int]:
+        """Return which load a step is about."""
+        if not step.action:
+            return step.task_id, len(self._begun_anew[step.task_id])
+        hive, _, rest = step.action.partition("/")
+        return self._load(step.task_id, hive, int(rest.rsplit("/", 2)[1]))
+
+    def _load(self, task: str, hive: str, assignment: int) -> tuple[str, int]:
+        """Return which load an assignment in a hive is about: a task, and which of that id."""
+        begun = self._begun_anew[task]
+        later = (
+            number
+            for number, (where, last) in enumerate(begun)
+            if where == hive and assignment <= last
+        )
+        return task, next(later, len(begun))
 
 
 class SimulatedArm:
@@ -154,12 +187,12 @@ class SimulatedArm:
         task = step.task_id
         if step.kind is StepKind.PICK:
             if self.loads is not None:
-                self.loads.pick(self._host.name, task, self.on_board)
+                self.loads.pick(self._host.name, step, self.on_board)
             self.on_board = task
             return _SUCCESS
         if self.on_board != task:
             return _NOTHING
         if self.loads is not None:
-            self.loads.put_down(self._host.name, task)
+            self.loads.put_down(self._host.name, step)
         self.on_board = ""
         return _SUCCESS

@@ -56,6 +56,16 @@ def leave_for_a_hive_that_is_smaller_by_now(patch):
     patch.setattr(MemberFilter, "pauses", hasty)
 
 
+def believe_an_old_size_of_another_hive(patch):
+    compare = MemberFilter._compare
+
+    def trusting(self, message, own):
+        self._committed.clear()
+        compare(self, message, own)
+
+    patch.setattr(MemberFilter, "_compare", trusting)
+
+
 def wait_for_an_epoch_of_the_hive_before(patch):
     begin_anew = Lease.begin_anew
 
@@ -74,5 +84,6 @@ MUTATIONS = (
     Mutation(take_any_list_for_the_other_hives, (1, "a founder alone"), bug="3073"),
     Mutation(stay_without_a_vote_in_a_smaller_hive, "a short-lived hive", bug="3153"),
     Mutation(leave_for_a_hive_that_is_smaller_by_now, "swapped hives", bug="swapped hives"),
+    Mutation(believe_an_old_size_of_another_hive, "an old size", bug="35199"),
     Mutation(wait_for_an_epoch_of_the_hive_before, "another hive", bug="7979"),
 )

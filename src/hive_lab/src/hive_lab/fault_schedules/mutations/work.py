@@ -281,6 +281,10 @@ def let_the_arm_go_on_when_a_task_is_dropped(patch):
     patch.setattr(Robot, "_drop", careless)
 
 
+def let_the_base_drive_on_when_a_task_is_dropped(patch):
+    patch.setattr(Controller, "stop_base", lambda _: None)
+
+
 def know_loads_by_the_ids_of_tasks_alone(patch):
     patch.setattr(Load, "is_of", lambda self, task: self.task_id == task.id)
 
@@ -346,6 +350,7 @@ MUTATIONS = (
     Mutation(do_not_learn_from_an_order_that_a_pick_had_begun, (47, DISKS), bug="47 lost disks"),
     Mutation(let_the_arm_go_on_with_a_load_that_nobody_wants, "a late pick", bug="479 lost disks"),
     Mutation(let_the_arm_go_on_when_a_task_is_dropped, "a dropped pick", bug="5106"),
+    Mutation(let_the_base_drive_on_when_a_task_is_dropped, "a restarted drive", bug="37535"),
     Mutation(know_loads_by_the_ids_of_tasks_alone, "a later load", bug="5428"),
     Mutation(begin_a_last_step_with_a_full_disk, "a full disk", bug="8100220"),
     Mutation(ignore_the_load_of_a_lost_robot, "a lost load"),
