@@ -104,6 +104,13 @@ PAGES = {
         ".venv/bin/python3 setup/write_parameters.py",
         0.1,
     ),
+    "scale": Made(
+        ("docs/images/scale.png",),
+        './hive bench scale --json "$new/scale.json"\n'
+        './hive shell -c "python3 -m hive_lab.bench.scale.picture '
+        "'$new/scale.json' docs/images/scale.png\"",
+        20.0,
+    ),
     "test-plan": Made(
         ("docs/test-plan.md",),
         "./hive test test/rostest/plan_start.test test/rostest/plan_tasks.test "

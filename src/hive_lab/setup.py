@@ -12,6 +12,7 @@ setup(
             "hive_lab.bench",
             "hive_lab.bench.allocation",
             "hive_lab.bench.architectures",
+            "hive_lab.bench.scale",
             "hive_lab.bench.traffic",
             "hive_lab.compare",
             "hive_lab.fault_schedules",

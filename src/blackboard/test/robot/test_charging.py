@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Robots that go to chargers by themselves, and never two of them to the same one."""
 
-import math
 from dataclasses import replace
 from itertools import combinations
 
 import pytest
 from attrs import evolve
 
-from blackboard.consensus.journal import MemoryJournal
-from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.settings import BlackboardSettings, ChargingSettings
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.errors import JournalError, SettingsError
+from blackboard.errors import SettingsError
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
@@ -479,115 +476,6 @@ def test_the_charger_of_a_robot_that_died_there_is_free_when_the_hive_has_forgot
     hive.network.run(HOUR)
 
     assert (at_first, goals(hive, "robot2")) == ([], [EAST])
-
-
-def test_a_robot_that_restarts_where_it_charges_goes_back_to_where_it_started():
-    journal, hive = MemoryJournal(), Hive()
-    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE, journal=journal)
-    hive.network.run(20.0)
-    hive.add_robot("robot1", EAST, charge=0.5, charging=ONE, journal=journal)
-    hive.network.run(HOUR)
-
-    assert goals(hive) == [HERE]
-
-
-def test_a_robot_that_starts_at_a_charger_and_knows_no_other_place_stays_there():
-    hive = Hive()
-    hive.add_robot("robot1", EAST, charge=0.5, charging=ONE)
-    hive.network.run(HOUR)
-
-    assert goals(hive) == []
-
-
-def with_one_that_waits(plan, results=(), path_lengths=None):
-    """Return a hive in which robot1, home at a charger, has been asked to leave it for a while."""
-    hive = Hive()
-    hive.add_robot("robot1", EAST, charging=plan, path_lengths=path_lengths)
-    hive.commands["robot1"].results = list(results)
-    hive.add_robot("robot2", HERE, charge=0.1, charging=ONE)
-    hive.network.run(60.0)
-    return hive
-
-
-def test_a_robot_that_started_at_a_charger_leaves_it_to_one_that_waits():
-    hive = with_one_that_waits(ONE)
-
-    (aside,) = goals(hive)
-    assert aside.distance_to(EAST) == pytest.approx(3.0)
-    assert goals(hive, "robot2") == [EAST]
-
-
-def test_a_robot_leaves_its_charger_to_one_that_waits_once_it_has_enough():
-    hive = Hive()
-    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE)
-    hive.network.run(20.0)
-    hive.add_robot("robot2", HERE, charge=0.1, charging=ONE)
-    hive.network.run_until(lambda: goals(hive, "robot2"), limit=HOUR)
-
-    assert goals(hive) == [EAST, HERE]
-    assert status(hive).charge == pytest.approx(ChargingSettings().enough, abs=0.02)
-
-
-def test_only_the_robot_that_has_charged_most_leaves_its_charger_to_one_that_waits():
-    hive = Hive()
-    for name, pose, charge in (("robot1", EAST, 0.8), ("robot2", WEST, 0.9), ("low", HERE, 0.1)):
-        hive.add_robot(name, pose, charge=charge, charging=TWO)
-    hive.network.run(60.0)
-
-    assert goals(hive) == []
-    assert goals(hive, "low") == [WEST]
-
-
-@pytest.mark.parametrize("apart", [1.0, 2.0, 3.0, 4.0])
-def test_a_robot_that_makes_room_stays_away_from_all_chargers(apart):
-    row = {f"row {k}": Pose(EAST.x, EAST.y + apart * k) for k in (-3, -2, -1, 1, 2, 3)}
-    (aside,) = goals(with_one_that_waits(ChargingPlan(ONE.chargers | row)))
-
-    assert min(aside.distance_to(each) for each in (EAST, *row.values())) > 1.5
-
-
-def test_a_robot_that_cannot_make_room_at_one_place_tries_another():
-    lost = CommandResult(CommandState.ABORTED, "no way")
-    hive = with_one_that_waits(ONE, results=[lost] * 3)
-
-    first, *_, last = goals(hive)
-    assert first != last
-    assert goals(hive, "robot2") == [EAST]
-
-
-def test_a_robot_that_can_go_nowhere_stays_at_its_charger():
-    class Walled(EuclideanLengths):
-        def length(self, start, goal):
-            return 0.0 if start == goal else math.inf
-
-    assert goals(with_one_that_waits(ONE, path_lengths=Walled())) == []
-
-
-def test_a_robot_that_cannot_get_home_makes_room_elsewhere_if_another_waits():
-    journal = MemoryJournal()
-    journal.save_home(A)
-    hive = Hive()
-    hive.add_robot("robot1", EAST, charging=ONE, journal=journal)
-    hive.commands["robot1"].results = [CommandResult(CommandState.ABORTED, "no way")] * 3
-    hive.add_robot("robot2", HERE, charge=0.1, charging=ONE)
-    hive.network.run(60.0)
-
-    assert goals(hive)[0] == A
-    assert goals(hive)[-1].distance_to(EAST) == pytest.approx(3.0)
-    assert goals(hive, "robot2") == [EAST]
-
-
-def test_a_robot_whose_disk_is_full_charges_and_says_what_it_may_forget():
-    class FullDisk(MemoryJournal):
-        def save_home(self, _):
-            raise JournalError("no space left on device")
-
-    hive = Hive()
-    hive.add_robot("robot1", HERE, charge=0.25, charging=ONE, journal=FullDisk())
-    hive.network.run(HOUR)
-
-    assert goals(hive) == [EAST, HERE]
-    assert "may forget where it comes from" in hive.talkers["robot1"].warnings[0]
 
 
 def test_a_robot_that_died_at_a_charger_and_starts_elsewhere_gives_the_charger_up():

@@ -221,7 +221,7 @@ class MemberFilter:
             self._larger = other, _size(message), now
         if not pauses and isinstance(message, Heartbeat):
             self._tell_of(own, message.leader, message.sent)
-        verdict = f"{other} pauses: {not pauses}"
+        verdict = f"{other} {'goes on' if pauses else 'pauses'}"
         if verdict in self._warned:
             return
         self._warned.add(verdict)
@@ -229,10 +229,10 @@ class MemberFilter:
         if not pauses:
             then = "the other hive pauses"
         elif _may_leave(own):
-            then = "its own hive is smaller, so it joins the other"
+            then = "its own hive gives way, so it joins the other"
         else:
             then = (
-                "its own hive is smaller and pauses while it hears the other. To have a member "
+                "its own hive gives way and pauses while it hears the other. To have a member "
                 "join the other hive, stop it, move its journal away and start it again"
             )
         self._talker.warn(

@@ -421,7 +421,7 @@ class RaftNode:
 
     def _stop_serving(self, before: Member, after: Member) -> None:
         if larger := self._filter.larger_hive:
-            reason = f"it hears hive {larger}, which has more members"
+            reason = f"it hears hive {larger}, to which its own gives way"
         elif after.epoch > before.epoch:
             reason = f"epoch {after.epoch} has begun"
         else:

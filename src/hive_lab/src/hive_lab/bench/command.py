@@ -70,7 +70,8 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "--robots",
     type=click.IntRange(min=2),
     metavar="N",
-    help="How large a fleet, for architectures, auction, hive, system, traffic and vda5050.",
+    help="How large a fleet, for architectures, auction, hive, scale, system, traffic and "
+    "vda5050.",
 )
 @click.option(
     "--map",
@@ -115,7 +116,7 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
     help="Keep results; with the same file a measurement goes on, for architectures, faults, "
-    "soak and traffic.",
+    "scale, soak and traffic.",
 )
 @pass_context
 def bench(context: CliContext, name: str | None, file: Path | None, **options: object) -> None:

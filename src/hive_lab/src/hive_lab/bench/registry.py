@@ -183,6 +183,11 @@ BENCHES: Mapping[str, Bench] = {
         "planning time [s] and length of the path over the shortest one, 200 pairs on each map",
         "bench.plan",
     ),
+    "scale": Bench(
+        "messages, bytes and processor time [s] per task, 10 to 1000 robots, and how they grow",
+        "bench.scale.measure",
+        options=("robots", "resume"),
+    ),
     "sim": Bench(
         "wall time for a simulated second [s] and the reverse, 1 to 100 robots, and through ROS",
         "live.simulator",
