@@ -14,7 +14,7 @@ setup(
             "blackboard.domain",
             "blackboard.robot",
             "blackboard.ros",
-            "blackboard.ros.codec",
+            "blackboard.codec",
             "blackboard.ros.rospy_patches",
             "blackboard.zenoh",
         ],

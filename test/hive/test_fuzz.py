@@ -7,9 +7,9 @@ pytest.importorskip("blackboard.msg", reason="needs generated messages: ./hive t
 
 import rospy
 
+from blackboard.codec.tables import WIRES
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.domain.task import TaskType
-from blackboard.ros.codec.tables import WIRES
 from hive_lab.fuzz.hive_at_work import HiveAtWork
 from hive_lab.fuzz.run import fuzz
 

@@ -7,11 +7,11 @@ pytest.importorskip("blackboard.msg", reason="the talker needs generated message
 
 import rospy
 
+from blackboard.codec.tables import WIRES
 from blackboard.consensus.messages import AppendReply
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.talker import BB_ACK, TASK_STATE
 from blackboard.domain.task import TaskState
-from blackboard.ros.codec.tables import WIRES
 from blackboard.ros.talker import RosTalker, Speakers
 
 REPLY = AppendReply("/r1/robot#1", 3, 7, 1.5)
@@ -40,7 +40,7 @@ def heard(monkeypatch):
     callbacks = {}
     monkeypatch.setattr(FakePublisher, "subscribers", 0)
     monkeypatch.setattr(FakePublisher, "sent", [])
-    monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time(1))
+    monkeypatch.setattr(rospy, "get_time", lambda: 1.0)
     monkeypatch.setattr(rospy, "Publisher", FakePublisher)
     monkeypatch.setattr(
         rospy, "Subscriber", lambda name, _kind, hear, **_: callbacks.__setitem__(name, hear)
@@ -123,7 +123,7 @@ class Unread:
 
 
 def test_a_message_from_outside_is_decoded_once_for_all(talker, members, heard):
-    message = Unread(WIRES[TASK_STATE].to_msg(UPDATE), "/blackboard")
+    message = Unread(WIRES[TASK_STATE].encode(UPDATE), "/blackboard")
     heard["/task_state"](message)
     work_off(talker)
 

@@ -6,9 +6,9 @@ pytest.importorskip("blackboard.msg", reason="needs the generated messages")
 import rosgraph
 import yaml
 
+from blackboard.codec.tables import WIRES
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.talker import ROBOT_STATUS
-from blackboard.ros.codec.tables import WIRES
 from fleet_manager.errors import NoHiveError
 from fleet_manager.ros import client_link, hive_topics
 from hive_common.pose import Pose
@@ -42,7 +42,7 @@ def tell(monkeypatch):
 
     def say(robot):
         status = RobotStatus(robot, RobotState.IDLE, Pose(0.0, 0.0, 0.0), 1.0, 0.0, "", "", ())
-        msg = WIRES[ROBOT_STATUS].to_msg(status)
+        msg = WIRES[ROBOT_STATUS].encode(status)
         msg._connection_header = {  # noqa: SLF001  (rospy sets it)
             "callerid": HOST,
             "robots": "robot1 robot2",

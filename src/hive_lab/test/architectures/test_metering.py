@@ -9,9 +9,9 @@ from random import Random
 
 import pytest
 
+from blackboard.codec.tables import WIRES
 from blackboard.domain.talker import NEW_TASK
 from blackboard.domain.task import Task, TaskType
-from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
 from hive_lab.architectures import metering
 from hive_lab.architectures.metering import MeteredNetwork, MeteredTalker
@@ -41,7 +41,7 @@ def test_a_message_counts_for_every_node_that_hears_it_but_not_for_its_sender(ne
     network.run(1.0)
 
     buffer = io.BytesIO()
-    WIRES[NEW_TASK].to_msg(TASK).serialize(buffer)
+    WIRES[NEW_TASK].encode(TASK).serialize(buffer)
     assert network.accounts["b"].messages == 1
     assert network.accounts["b"].size == buffer.tell()
     assert network.accounts["a"].messages == network.accounts["a"].size == 0

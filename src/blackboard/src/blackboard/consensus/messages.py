@@ -80,7 +80,8 @@ class AppendReply:
 
     member: str  # id of the sender
     epoch: int  # the highest epoch it has seen
-    version: int  # up to which its log agrees with the log of this epoch's leader
+    # Up to which its log agrees with the log of this epoch's leader; to another hive, its end.
+    version: int
     echo: float  # `sent` of the message it answers [s]
     hive: str = ""  # empty while the sender belongs to none
     voter: bool = True  # whether the sender is willing to lead; a learner gets no vote

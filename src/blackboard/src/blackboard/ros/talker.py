@@ -17,13 +17,13 @@ import rosgraph
 import rospy
 
 from blackboard.board.reception import Reception
+from blackboard.codec.tables import WIRES
 from blackboard.consensus.member import name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat
 from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.clock_offsets import ClockOffsets
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, ROBOT_STATUS, SET_STATE
-from blackboard.ros.codec.tables import WIRES
 from blackboard.ros.liveness import PERIOD, LivenessWatch
 from blackboard.ros.rospy_patches.audience import Audience
 from blackboard.ros.rospy_patches.reading import unread
@@ -137,7 +137,7 @@ class RosTalker:
         if isinstance(message, RobotStatus):
             self._recap.note(message)
         if publisher.get_num_connections() or WIRES[topic].latched:
-            msg = WIRES[topic].to_msg(message)
+            msg = WIRES[topic].to_msg(message, self.date())
             # A vote may be for a member whose process is not known yet.
             if to is None or topic == BB_VOTE:
                 publisher.publish(msg)
@@ -337,7 +337,7 @@ class _Recap(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typ
             return
         with self.lock:
             for status in tuple(self._last.values()):
-                tell(WIRES[ROBOT_STATUS].to_msg(status))
+                tell(WIRES[ROBOT_STATUS].to_msg(status, rospy.get_time()))
 
 
 class MemberTalker:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import rosgraph.names
 import rospy
 
+from blackboard.codec.tables import WIRES
 from blackboard.domain import talker as topics
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.ros.codec.tables import WIRES
 from fleet_manager.client.client import TRAFFIC_STATE
 from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.traffic import ZoneCommand
@@ -26,7 +26,7 @@ from fleet_manager.ros.traffic_messages import TRAFFIC_WIRES
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping
 
-    from blackboard.ros.codec.tables import Wire
+    from blackboard.codec.tables import Wire
     from fleet_manager.desk.facts import Fact, Request
 
 QUEUE_SIZE = 1000
@@ -137,7 +137,8 @@ class HiveTopics:
         if name == topic and name not in self._publishers:
             self._advertise(name, topic)
         if name in self._publishers:
-            self._late[name].publish(self._publishers[name].publish, _wire(topic).to_msg(value))
+            msg = _wire(topic).to_msg(value, rospy.get_time())
+            self._late[name].publish(self._publishers[name].publish, msg)
 
     def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:

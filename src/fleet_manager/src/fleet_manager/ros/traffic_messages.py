@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The messages between operators and the traffic planner, as `blackboard.ros.codec` has others."""
+"""The messages between operators and the traffic planner, as `blackboard.codec` has others."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import robot_description.msg as messages
 
-from blackboard.ros.codec.tables import Wire
+from blackboard.codec.tables import Wire
 from fleet_manager.client.client import TRAFFIC_STATE
 from fleet_manager.client.traffic import Lock, RobotWait, SlowPlace, TrafficState, ZoneCommand
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
     from hive_lab.architectures.trial import Architecture
 
 MODELS = ("youbot", "mir100", "fetch", "ld60")  # every second robot has an arm
@@ -86,7 +87,7 @@ class HallTrial(Trial):
         super().boot(name)
         return MeteredTalker(self.network, name)
 
-    def path_lengths(self) -> Callable[[float], NodePathLengths]:
+    def path_lengths(self) -> Callable[[float], PathLengths]:
         """Return a function that gives one node the path lengths for a radius [m]."""
         return cache(lambda radius: NodePathLengths(radius, self.network.charge))
 

@@ -9,9 +9,7 @@ from collections import OrderedDict, defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-import rospy
-
-from blackboard.ros.codec.tables import WIRES
+from blackboard.codec.tables import WIRES
 from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host, HostTalker, Quality
 from hive_lab.virtual.network import LATENCY
 
@@ -63,7 +61,6 @@ class MeteredNetwork(FaultyNetwork):
 
     def __init__(self, random: Random, loss: float = 0.0) -> None:
         super().__init__(random, proofs=1.0)
-        rospy.rostime.set_rostime_initialized(True)  # messages are stamped without a node
         # All messages take the same time: on ROS, those of one topic do not overtake each other.
         self.quality = Quality(loss=loss, delay=LATENCY)
         self.accounts: defaultdict[str, Account] = defaultdict(Account)
@@ -100,7 +97,7 @@ class MeteredNetwork(FaultyNetwork):
     ) -> None:
         """Send a message; see `FaultyNetwork.send`."""
         wire, buffer = WIRES[topic], io.BytesIO()
-        wire.to_msg(message).serialize(buffer)
+        wire.to_msg(message, self.now).serialize(buffer)
         begun = time.thread_time()
         wire.from_msg(wire.message().deserialize(buffer.getvalue()))
         decoding = time.thread_time() - begun

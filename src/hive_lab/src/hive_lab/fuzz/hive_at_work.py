@@ -9,11 +9,10 @@ from dataclasses import replace
 from random import Random
 from typing import TYPE_CHECKING
 
-import genpy
 import numpy as np
-import rospy
 
 from blackboard.board.blackboard import Blackboard
+from blackboard.codec.tables import WIRES
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import RaftNode
 from blackboard.costing.grid_path_lengths import GridPathLengths
@@ -26,7 +25,6 @@ from blackboard.domain.settings import (
 from blackboard.domain.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STATE
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from blackboard.robot.charging import ChargingPlan
-from blackboard.ros.codec.tables import WIRES
 from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from hive_lab.fuzz.mutations import as_bytes
@@ -37,6 +35,8 @@ from hive_lab.virtual.network import Encoded, Network, NetworkTalker
 if TYPE_CHECKING:
     from collections.abc import Collection
 
+    import genpy
+
     from blackboard.domain.record import TaskUpdate
 
 BLACKBOARD = "blackboard"
@@ -44,6 +44,9 @@ ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 
 _KEPT = 40
 """Messages of each topic that are kept: the last ones, so that what they say is still true."""
+
+_DATE = 1_000_000.0
+"""All messages are stamped with it [s]: no run depends on the clock."""
 
 _HALL = (100, 60)
 """Cells of the map, in x and in y."""
@@ -96,9 +99,6 @@ class HiveAtWork:
     """
 
     def __init__(self, seed: int, decision: str) -> None:
-        # The codec stamps messages with it; a clock that stands makes each run the same.
-        rospy.rostime.set_rostime_initialized(True)
-        rospy.rostime._set_rostime(genpy.Time(1_000_000))  # noqa: SLF001  (rospy sets it so too)
         self.network = Network(survives=True)
         self.said: dict[str, deque[tuple[str, bytes]]] = defaultdict(lambda: deque(maxlen=_KEPT))
         self.talkers: list[NetworkTalker] = []
@@ -157,7 +157,7 @@ class HiveAtWork:
 
     def keep(self, name: str, topic: str, message: object) -> None:
         """Keep a message that is sent."""
-        self.said[topic].append((name, as_bytes(WIRES[topic].to_msg(message))))
+        self.said[topic].append((name, as_bytes(WIRES[topic].to_msg(message, _DATE))))
 
     def deliver(self, name: str, topic: str, message: genpy.Message) -> None:
         """Have all members hear a message that none of them has sent."""

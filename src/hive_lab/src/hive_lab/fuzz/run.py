@@ -19,8 +19,8 @@ from random import Random
 
 from blackboard.board.intake import why_refused
 from blackboard.board.reception import FAIL_STOP
+from blackboard.codec.tables import WIRES
 from blackboard.domain.task import TaskType
-from blackboard.ros.codec.tables import WIRES
 from hive_lab.fuzz.hive_at_work import BLACKBOARD, ROBOTS, HiveAtWork
 from hive_lab.fuzz.mutations import Mutations
 

@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import rospy
 
+from blackboard.codec.tables import WIRES
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
 from hive_lab.bench.allocation.instances import Floor
 from hive_lab.bench.registry import BenchResult
@@ -156,7 +155,7 @@ def _size(topic: str, message: object) -> int:
     if topic not in {TASK_BROADCAST, TASK_COST}:
         return 0
     buffer = io.BytesIO()
-    WIRES[topic].to_msg(message).serialize(buffer)
+    WIRES[topic].encode(message).serialize(buffer)
     return buffer.tell()
 
 
@@ -167,7 +166,6 @@ def run(sizes: dict[str, Sequence[int]] | None = None) -> BenchResult:
         For each task `..._bytes` [byte], and the processor time of the blackboard, of the busiest
         robot and of all members [s], by path lengths, number of robots and decision.
     """
-    rospy.rostime.set_rostime_initialized(True)
     floors = {"straight": None, "map": Floor()}
     figures = {}
     for way, numbers in (sizes or SIZES).items():

@@ -21,9 +21,9 @@ from std_msgs.msg import String
 
 from blackboard.board.intake import why_refused
 from blackboard.board.reception import FAIL_STOP
+from blackboard.codec.tables import WIRES
 from blackboard.domain.talker import BB_ENTRIES, NEW_TASK, SET_STATE, TASK_CANCEL
 from blackboard.errors import LiveHiveError
-from blackboard.ros.codec.tables import WIRES
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fuzz.mutations import Mutations, as_bytes
 from hive_lab.live.live_hive import bench_hive

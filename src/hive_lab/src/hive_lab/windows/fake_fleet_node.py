@@ -9,8 +9,8 @@ import time
 
 import rospy
 
+from blackboard.codec.tables import WIRES
 from blackboard.domain import talker as topics
-from blackboard.ros.codec.tables import WIRES
 from hive_common.ros.signals import init_node
 from hive_lab.windows.fake_fleet import FakeFleet
 
@@ -39,7 +39,7 @@ def main() -> None:
     fleet = FakeFleet(arguments.tasks, arguments.robots, rospy.get_time(), generator)
 
     def say(topic: str, value: object) -> None:
-        publishers[topic].publish(WIRES[topic].to_msg(value))
+        publishers[topic].publish(WIRES[topic].to_msg(value, rospy.get_time()))
 
     changes = max(0.0, arguments.rate - arguments.robots / REPORTS - 2 / PERIOD)
     begin = time.monotonic()

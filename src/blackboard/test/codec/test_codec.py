@@ -12,6 +12,8 @@ pytest.importorskip("blackboard.msg", reason="needs generated messages: ./hive t
 
 import blackboard.msg as bb_msgs
 
+from blackboard.codec import tables
+from blackboard.codec.tables import WIRES
 from blackboard.consensus.log import Entry, Position, Snapshot
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, BallotKind, Heartbeat
 from blackboard.consensus.task_list import TaskList
@@ -23,8 +25,6 @@ from blackboard.domain.characteristics import RobotCharacteristics, RobotState, 
 from blackboard.domain.charger import Grant
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.ros.codec import tables
-from blackboard.ros.codec.tables import WIRES
 from hive_common.map_id import MapId
 from hive_common.pose import Pose
 
@@ -150,12 +150,6 @@ OTHERS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def clock(monkeypatch):
-    """Stamps need the clock of a node."""
-    monkeypatch.setattr("rospy.rostime._rostime_initialized", True)
-
-
 def sent(codec, value):
     """Return a value's message as it arrives at another node."""
     msg, buffer = codec.encode(value), io.BytesIO()
@@ -234,7 +228,41 @@ def test_every_topic_has_a_message():
     }
 
     assert set(WIRES) == names
-    assert all(wire.to_msg and wire.from_msg and wire.message for wire in WIRES.values())
+    assert all(wire.encode and wire.from_msg and wire.message for wire in WIRES.values())
+
+
+STAMPED = sorted(
+    set(WIRES) - {topics.NEW_TASK, topics.TASK_ASSIGN, topics.TASK_CANCEL, topics.SET_STATE}
+)
+
+
+def value_for(topic):
+    """Return a value that is sent on a topic."""
+    encoders = {getattr(tables, name).encode: value for name, value in FULL.items()}
+    return encoders[WIRES[topic].encode]
+
+
+@pytest.mark.parametrize("topic", STAMPED)
+def test_a_message_is_stamped_with_the_date_at_which_it_is_sent(topic):
+    msg = WIRES[topic].to_msg(value_for(topic), 12.5)
+
+    assert msg.header.stamp.to_sec() == 12.5
+
+
+def test_all_bids_of_an_answer_have_its_stamp():
+    msg = WIRES[topics.TASK_COST].to_msg(FULL["BIDS"], 12.5)
+
+    assert {cost.header.stamp.to_sec() for cost in msg.costs} == {12.5}
+
+
+@pytest.mark.parametrize(
+    ("topic", "task"), [(topics.NEW_TASK, "TASK"), (topics.TASK_ASSIGN, "ORDER")]
+)
+def test_the_stamp_of_a_task_says_when_it_was_posted(topic, task):
+    value = FULL[task]
+    posted = getattr(value, "task", value).posted
+
+    assert WIRES[topic].to_msg(value, posted + 60.0).header.stamp.to_sec() == pytest.approx(posted)
 
 
 def test_bids_carry_the_epoch_the_stamp_and_the_robot_of_their_array():

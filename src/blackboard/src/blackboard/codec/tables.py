@@ -2,7 +2,7 @@
 """Tables of which message field holds which attribute of the core, and each topic's message.
 
 `msg/*.msg` describes the messages. Fields named in one string have the type of the attribute.
-`header` is stamped here, so the core knows no ROS time.
+A header is stamped when the message is sent (`Wire.to_msg`), so the core knows no ROS time.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import rospy
+import genpy
 from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
+from blackboard.codec.engine import Codec, Row, Within
 from blackboard.consensus.log import Entry, Position, Snapshot
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, BallotKind, Heartbeat
 from blackboard.consensus.task_list import TaskList
@@ -30,7 +31,6 @@ from blackboard.domain.characteristics import RobotCharacteristics, RobotState, 
 from blackboard.domain.charger import Grant
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.ros.codec.engine import Codec, Row, Within
 from hive_common.map_id import MapId
 from hive_common.pose import Pose
 
@@ -102,12 +102,12 @@ def _pairs(name: str, first: str, second: str, pack: Callable[[Iterable[Any]], A
 
 
 def _stamped(frame: str = "") -> Row:
-    """Return the row of a header that is stamped when the message is made."""
+    """Return the row of a header that is stamped when the message is sent."""
     return Row("", "header", write=lambda: _header(frame), read=None)
 
 
 def _header(frame: str = "") -> Header:
-    return Header(0, rospy.Time.now(), frame)
+    return Header(0, genpy.Time(), frame)
 
 
 POSE = Codec(Pose2D, Pose, "x y yaw=theta")
@@ -129,7 +129,7 @@ TASK = Codec(
     Row(
         "posted frame",
         "header",
-        write=lambda posted, frame: Header(0, rospy.Time.from_sec(posted), frame),
+        write=lambda posted, frame: Header(0, genpy.Time.from_sec(posted), frame),
         read=lambda header: (header.stamp.to_sec(), header.frame_id),
     ),
 )
@@ -391,27 +391,42 @@ BALLOT = Codec(
 
 
 class Wire(NamedTuple):
-    """The messages of one topic."""
+    """The messages of one topic.
+
+    Attributes:
+        message: Their class.
+        encode: Makes a message from a core value; its header has no stamp of its own yet.
+        from_msg: Makes a core value from a message. Raises ValueError, which names the field.
+        latched: Whether new subscribers get the last message.
+        stamped: Whether the header says when the message was sent.
+    """
 
     message: type
-    to_msg: Callable[[Any], Any]  # makes a message from a core value
-    # Makes a core value from a message; raises ValueError, which names the field.
+    encode: Callable[[Any], Any]
     from_msg: Callable[[Any], Any]
-    latched: bool = False  # whether new subscribers get the last message
+    latched: bool = False
+    stamped: bool = False
+
+    def to_msg(self, value: object, date: float) -> Any:  # noqa: ANN401  (of the type `message`)
+        """Return the message of a core value that is sent at a date [s]."""
+        msg = self.encode(value)
+        if self.stamped:
+            msg.header.stamp = genpy.Time.from_sec(date)
+        return msg
 
 
-def _wire(codec: Codec, *, latched: bool = False) -> Wire:
-    return Wire(codec.message, codec.encode, codec.decode, latched)
+def _wire(codec: Codec, *, latched: bool = False, stamped: bool = True) -> Wire:
+    return Wire(codec.message, codec.encode, codec.decode, latched, stamped)
 
 
 _TEXT = Wire(String, String, lambda msg: str(msg.data))
 
 WIRES: Mapping[str, Wire] = MappingProxyType(
     {
-        topics.NEW_TASK: _wire(TASK),
+        topics.NEW_TASK: _wire(TASK, stamped=False),  # it says when the task was posted
         topics.TASK_BROADCAST: _wire(BROADCAST),
         topics.TASK_COST: _wire(BIDS),
-        topics.TASK_ASSIGN: _wire(ORDER),
+        topics.TASK_ASSIGN: _wire(ORDER, stamped=False),
         topics.TASK_STATE: _wire(UPDATE),
         topics.TASK_CANCEL: _TEXT,
         topics.ROBOT_STATUS: _wire(STATUS),
