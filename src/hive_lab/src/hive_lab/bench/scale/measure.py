@@ -9,6 +9,7 @@ those of the protocol, the auction and the plans.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,11 +30,8 @@ if TYPE_CHECKING:
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import TaskUpdate
 
-SIZES: Mapping[str, tuple[int, ...]] = {
-    "distributed": (10, 30, 100, 300, 1000),
-    "planned": (10, 30, 100, 300),
-}
-"""Numbers of robots, by how the hive decides. A plan for a thousand takes hours here."""
+DECISIONS = ("distributed", "planned")
+SIZES = (10, 30, 100, 300, 1000)  # robots
 
 PERIOD = 120.0  # each robot is posted a task so often, on average [s]
 _POSTING = 120.0  # for how long tasks are posted [s]
@@ -77,7 +75,7 @@ GROWING = ("idle_messages", "idle_bytes", "idle_leader", "messages", "bytes", "l
 
 
 def run(robots: int = 0, resume: Path | None = None) -> BenchResult:
-    """Measure hives of all `SIZES`, or of one size.
+    """Measure hives of all `SIZES`, or of one size, with each of `DECISIONS`.
 
     Args:
         robots: The only size; 0 for all.
@@ -87,11 +85,9 @@ def run(robots: int = 0, resume: Path | None = None) -> BenchResult:
         By size and decision the figures of `Cost`, and by decision the exponents of `growth`.
         Aims: every task is assigned, and one processor is enough for the leader.
     """
-    sizes = {decision: (robots,) if robots else known for decision, known in SIZES.items()}
+    sizes = (robots,) if robots else SIZES
     names = {
-        (decision, size): f"{decision}, {size} robots"
-        for decision, known in sizes.items()
-        for size in known
+        (decision, size): f"{decision}, {size} robots" for decision in DECISIONS for size in sizes
     }
     kept = KeptRuns(resume)
     # The largest first, so that no processor is left with them in the end.
@@ -102,25 +98,24 @@ def run(robots: int = 0, resume: Path | None = None) -> BenchResult:
         prefix = f"{size}_robots_{decision}"
         figures |= {f"{prefix}_{figure}": value for figure, value in kept[name].items()}
         aims |= {f"{prefix}_not_assigned": 0.0, f"{prefix}_load": 1.0}
-    for decision, known in sizes.items():
-        if len(known) > 1:
-            costs = {size: kept[names[decision, size]] for size in known}
-            figures |= {
-                f"{decision}_growth_{figure}": value for figure, value in growth(costs).items()
-            }
+    for decision in DECISIONS if len(sizes) > 1 else ():
+        costs = {size: kept[names[decision, size]] for size in sizes}
+        figures |= {
+            f"{decision}_growth_{figure}": value for figure, value in growth(costs).items()
+        }
     lost = any(value for name, value in figures.items() if name.endswith("not_assigned"))
     return BenchResult(figures, aims, broken=lost)
 
 
 def growth(costs: Mapping[int, Mapping[str, float]]) -> dict[str, float]:
-    """Return the exponents with which figures grow with the number of robots.
+    """Return the exponents with which figures grow with the robots: 1 is in proportion to them.
 
-    1 is in proportion to the robots. Each is the slope of the straight line through the logarithms
-    that has the least squares.
+    They are those from the second largest size to the largest, because what grows fastest counts
+    for little in a small hive.
     """
-    sizes = np.log(list(costs))
+    *_, fewer, more = sorted(costs)
     return {
-        figure: float(np.polyfit(sizes, np.log([each[figure] for each in costs.values()]), 1)[0])
+        figure: math.log(costs[more][figure] / costs[fewer][figure]) / math.log(more / fewer)
         for figure in GROWING
     }
 

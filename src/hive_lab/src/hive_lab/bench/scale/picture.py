@@ -50,8 +50,7 @@ def draw(figures: Mapping[str, float], path: Path) -> None:
             axes.axhline(1.0, color="#777777", lw=1.0, ls=":")
         axes.set(title=title, xscale="log", yscale="log", xlabel="robots")
         axes.title.set_fontsize(10)
-        ticks = SIZES["distributed"]
-        axes.set_xticks(ticks, list(map(str, ticks)))
+        axes.set_xticks(SIZES, list(map(str, SIZES)))
         axes.minorticks_off()
         axes.grid(alpha=0.3)
         axes.legend(frameon=False, fontsize=9)
@@ -66,12 +65,11 @@ def _draw_line(
     factor: float,
     colour: str,
 ) -> None:
-    """Draw one figure over the sizes; its label says how it grows."""
-    keys = {size: f"{size}_robots_{decision}_{name}" for size in SIZES[decision]}
-    known = {size: factor * figures[key] for size, key in keys.items() if key in figures}
+    """Draw one figure over the sizes; its label says how it grows in the end."""
+    values = [factor * figures[f"{size}_robots_{decision}_{name}"] for size in SIZES]
     exponent = figures.get(f"{decision}_growth_{name}")
     label = decision if exponent is None else f"{decision}, robots to the {exponent:.1f}"
-    axes.plot(list(known), list(known.values()), "o-", color=colour, label=label, ms=5)
+    axes.plot(SIZES, values, "o-", color=colour, label=label, ms=5)
 
 
 def main() -> None:
