@@ -26,7 +26,7 @@ def terminal(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["speed"], "'plan', 'sim', 'soak', 'start', 'system'"),
+        (["speed"], "'plan', 'scale', 'sim', 'soak', 'start', 'system'"),
         (["plan", "--runs", "3"], "plan takes no --runs"),
         (["--json", "x.json"], "NAME"),
     ],
