@@ -109,7 +109,7 @@ PAGES = {
         './hive bench scale --json "$new/scale.json"\n'
         './hive shell -c "python3 -m hive_lab.bench.scale.picture '
         "'$new/scale.json' docs/images/scale.png\"",
-        20.0,
+        70.0,
     ),
     "test-plan": Made(
         ("docs/test-plan.md",),

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from hive_lab.bench.scale.measure import SIZES
 
@@ -52,6 +53,8 @@ def draw(figures: Mapping[str, float], path: Path) -> None:
         axes.title.set_fontsize(10)
         axes.set_xticks(SIZES, list(map(str, SIZES)))
         axes.minorticks_off()
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.grid(alpha=0.3)
         axes.legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=_DOTS_PER_INCH)
@@ -68,7 +71,7 @@ def _draw_line(
     """Draw one figure over the sizes; its label says how it grows in the end."""
     values = [factor * figures[f"{size}_robots_{decision}_{name}"] for size in SIZES]
     exponent = figures.get(f"{decision}_growth_{name}")
-    label = decision if exponent is None else f"{decision}, robots to the {exponent:.1f}"
+    label = decision if exponent is None else f"{decision}: robots^{round(exponent, 1) + 0.0:.1f}"
     axes.plot(SIZES, values, "o-", color=colour, label=label, ms=5)
 
 
