@@ -44,6 +44,7 @@ def test_a_message_counts_for_every_node_that_hears_it_but_not_for_its_sender(ne
     WIRES[NEW_TASK].encode(TASK).serialize(buffer)
     assert network.accounts["b"].messages == 1
     assert network.accounts["b"].size == buffer.tell()
+    assert network.accounts["b"].sizes == {NEW_TASK: buffer.tell()}
     assert network.accounts["a"].messages == network.accounts["a"].size == 0
 
 

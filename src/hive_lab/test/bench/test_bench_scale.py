@@ -12,9 +12,12 @@ from hive_lab.bench.scale.measure import DECISIONS, GROWING, SIZES, Cost, growth
 COST = Cost(
     idle_messages=100.0,
     idle_bytes=1000.0,
+    idle_heartbeats=800.0,
     idle_leader=0.001,
     messages=200.0,
     bytes=2000.0,
+    heartbeats=1000.0,
+    changes=500.0,
     leader=0.01,
     robot=0.001,
     all=0.1,
@@ -92,5 +95,7 @@ def test_a_small_hive_is_measured_at_work():
 
     assert cost.not_assigned == 0.0
     assert 0.0 < cost.idle_messages < cost.messages
+    assert 0.5 * cost.idle_bytes < cost.idle_heartbeats < cost.idle_bytes
+    assert 0.0 < cost.changes < cost.heartbeats < cost.bytes - cost.changes
     assert 0.0 < cost.robot < cost.leader < cost.all
     assert cost.load < 0.5

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import io
 import time
-from collections import OrderedDict, defaultdict
-from dataclasses import dataclass
+from collections import Counter, OrderedDict, defaultdict
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from blackboard.codec.tables import WIRES
@@ -30,11 +30,13 @@ class Account:
     Attributes:
         messages: What it has heard from other nodes.
         size: Their size as serialized for ROS [byte].
+        sizes: The same by topic.
         spent: Processor time, encoding and decoding included [s].
     """
 
     messages: int = 0
     size: int = 0
+    sizes: Counter[str] = field(default_factory=Counter)
     spent: float = 0.0
 
 
@@ -85,11 +87,12 @@ class MeteredNetwork(FaultyNetwork):
         account.spent += time.thread_time() - begun + self._charged
         if getattr(action, "__func__", None) is not Host.deliver:
             return
-        _, message = cast("tuple[str, object]", argument)
+        topic, message = cast("tuple[str, object]", argument)
         sent = self._sent[id(message)]
         if sent.sender != host.name:
             account.messages += 1
             account.size += sent.size
+            account.sizes[topic] += sent.size
             account.spent += sent.decoding * self._was_read
 
     def send(

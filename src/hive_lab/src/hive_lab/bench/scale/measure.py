@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from blackboard.domain.talker import TASK_STATE
+from blackboard.domain.talker import BACKUP, BB_ENTRIES, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_lab.architectures.grounds import PLACES, free_lengths, poses
 from hive_lab.architectures.hall_trial import HallTrial
@@ -48,9 +48,12 @@ class Cost(NamedTuple):
     Attributes:
         idle_messages: What all nodes hear from others in a second without tasks.
         idle_bytes: Size of these.
+        idle_heartbeats: Size of the heartbeats among these.
         idle_leader: Processor time of the leader in that second [s].
         messages: What all nodes hear for each task, in a hive at work.
         bytes: Size of these.
+        heartbeats: Size of the heartbeats among these.
+        changes: Size of the changes of the task list among these.
         leader: Processor time of the leader for each task [s].
         robot: Of each other node, median [s].
         all: Of all nodes together [s].
@@ -60,9 +63,12 @@ class Cost(NamedTuple):
 
     idle_messages: float
     idle_bytes: float
+    idle_heartbeats: float
     idle_leader: float
     messages: float
     bytes: float
+    heartbeats: float
+    changes: float
     leader: float
     robot: float
     all: float
@@ -143,6 +149,7 @@ def measure(decision: str, robots: int) -> dict[str, Any]:
     return Cost(
         idle_messages=idle["messages"],
         idle_bytes=idle["bytes"],
+        idle_heartbeats=idle["heartbeats"],
         idle_leader=idle["leader"],
         **cost,
         load=cost["leader"] * tasks / (_POSTING + _AFTERWARDS),
@@ -165,6 +172,8 @@ def _shares(trial: HallTrial, leader: str, parts: float) -> dict[str, float]:
     return {
         "messages": sum(each.messages for each in accounts.values()) / parts,
         "bytes": sum(each.size for each in accounts.values()) / parts,
+        "heartbeats": sum(each.sizes[BACKUP] for each in accounts.values()) / parts,
+        "changes": sum(each.sizes[BB_ENTRIES] for each in accounts.values()) / parts,
         "leader": accounts[leader].spent / parts,
         "robot": float(np.median(others)) / parts,
         "all": sum(each.spent for each in accounts.values()) / parts,
