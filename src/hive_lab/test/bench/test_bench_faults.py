@@ -3,12 +3,10 @@ import pytest
 
 pytest.importorskip("blackboard.msg", reason="needs generated messages")
 
-from blackboard.msg import TaskState
 
 from hive_lab.bench import faults, mutations
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.run import run as run_schedule
-from hive_lab.live.soak import Posted, added_up
 
 
 @pytest.fixture
@@ -76,31 +74,3 @@ def test_a_search_for_a_mutation_goes_on_where_it_was(monkeypatch, tmp_path):
     monkeypatch.setattr(mutations, "search", None)
 
     assert faults.run(1, mutations=True, resume=file) == first
-
-
-def test_pieces_of_a_soak_add_up_and_the_largest_growth_counts():
-    pieces = [
-        {"minutes": 30, "tasks": 800.0, "tasks_not_done": 0.0, "memory_growth": 3.0},
-        {"minutes": 10, "tasks": 280.0, "tasks_not_done": 1.0, "memory_growth": 1.5},
-    ]
-
-    assert added_up(pieces) == {
-        "minutes": 40,
-        "tasks": 1080.0,
-        "tasks_not_done": 1.0,
-        "memory_growth": 3.0,
-    }
-
-
-def test_a_soak_knows_the_ends_of_tasks_that_the_hive_has_forgotten_since():
-    states = {"T1": TaskState.DONE, "T2": TaskState.FAILED, "T3": TaskState.STARTED}
-    posted = Posted(lambda name: states.get(name, -1))
-    for name in states:
-        posted.add(name)
-    before = posted.have_ended()
-    states.clear()
-    states["T3"] = TaskState.DONE
-
-    assert not before
-    assert posted.have_ended()
-    assert (posted.total, posted.done) == (3, 2)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import psutil
 from blackboard.msg import TaskState
 
+from blackboard.domain.settings import BlackboardSettings
 from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.registry import BenchResult
 from hive_lab.live.live_hive import bench_hive
@@ -39,9 +40,13 @@ AIMS = {
     "journal_growth": 5.0,
 }
 """Largest growth of a process after its first minute [MB, threads, open files], and of a member's
-journal after that [MB]."""
+journal after that [MB].
 
-_SUMS = ("minutes", "faults", "takeovers", "tasks", "tasks_not_done")
+The task list keeps `most_ended` ended tasks. While it fills, each process and journal grows, so a
+run that fills it measures from there on; a shorter run includes that growth.
+"""
+
+_SUMS = ("minutes", "minutes_at_full_list", "faults", "takeovers", "tasks", "tasks_not_done")
 """What adds up over pieces; of the growths, the largest counts."""
 
 _FAULT_EVERY = 60.0
@@ -50,6 +55,7 @@ _CALM = 50.0
 _TASK_EVERY = 2.0
 _FREEZE = 5.0
 _WARM = 60.0  # age after which a process should not grow [s]
+_MOST_ENDED = BlackboardSettings().most_ended
 
 
 @dataclass(frozen=True)
@@ -74,9 +80,20 @@ class Size:
 
 
 class Growth:
-    """Tracks how much each process grows after its first minute."""
+    """Tracks how much each process grows after its first minute, or the first one seen here.
 
-    def __init__(self) -> None:
+    Args:
+        clock: Returns the time [s].
+        size_of: Measures the process of an id.
+    """
+
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        size_of: Callable[[int], Size] = Size.of,
+    ) -> None:
+        self._clock = clock
+        self._size_of = size_of
         self._born: dict[int, float] = {}
         self._grown_up: dict[int, Size] = {}
         self.worst = Size(0.0, 0.0, 0.0)
@@ -85,11 +102,11 @@ class Growth:
 
     def look(self, pids: Iterable[int]) -> None:
         """Measure these processes."""
+        now = self._clock()
         for pid in pids:
-            born = self._born.setdefault(pid, time.monotonic())
-            if time.monotonic() - born < _WARM:
+            if now - self._born.setdefault(pid, now) < _WARM:
                 continue
-            size = Size.of(pid)
+            size = self._size_of(pid)
             growth = size - self._grown_up.setdefault(pid, size)
             self.worst = Size(
                 max(self.worst.memory, growth.memory),
@@ -112,13 +129,14 @@ class Posted:
 
     Attributes:
         total: How many were posted.
+        ended: How many of them have ended.
         done: How many of them are DONE.
     """
 
     def __init__(self, state_of: Callable[[str], int]) -> None:
         self._state_of = state_of
         self._open: set[str] = set()
-        self.total = self.done = 0
+        self.total = self.ended = self.done = 0
 
     def add(self, task_id: str) -> None:
         """Follow a task that was just posted."""
@@ -131,6 +149,7 @@ class Posted:
             state = self._state_of(task_id)
             if state in TERMINAL:
                 self._open.discard(task_id)
+                self.ended += 1
                 self.done += state == TaskState.DONE
         return not self._open
 
@@ -156,6 +175,7 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float, seed: int) -> 
     begun = time.monotonic()
     next_fault, posted = begun + _FAULT_EVERY, Posted(operator.state_of)
     injected = 0
+    full_since: float | None = None
     while time.monotonic() - begun < 60.0 * minutes:
         name = f"soak{next(names)}"
         posted.add(name)
@@ -169,10 +189,14 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float, seed: int) -> 
             growth.look_at_journals(hive.journals)
         time.sleep(_TASK_EVERY)
         posted.have_ended()
+        if full_since is None and posted.ended >= _MOST_ENDED:
+            full_since, growth = time.monotonic(), Growth()
+    at_full_list = 0.0 if full_since is None else time.monotonic() - full_since
     operator.wait(posted.have_ended)
     epochs = {beat.epoch for _, beat in operator.beats}
     return {
         "minutes": minutes,
+        "minutes_at_full_list": round(at_full_list / 60.0, 1),
         "faults": float(injected),
         "takeovers": float(len(epochs) - 1),
         "tasks": float(posted.total),
