@@ -61,13 +61,29 @@ def test_a_log_continues_where_it_was_left(tmp_path):
     assert len(read_decisions(tmp_path, "T1")) == 2
 
 
-def test_the_oldest_decisions_are_deleted(tmp_path, monkeypatch):
-    monkeypatch.setattr("blackboard.auction.decision_log.MAX_KEPT", 3)
+def test_the_oldest_decisions_are_deleted_when_the_file_is_full(tmp_path, monkeypatch):
+    monkeypatch.setattr("blackboard.auction.decision_log.MAX_SIZE", 100_000)
+    path = tmp_path / f"a{ENDING}"
+    book = SqliteBook(path)
+    for number in range(1, 301):
+        book.note([decision(auction=number)])
+    book.close()
+
+    kept = [each.auction for each in read_decisions(tmp_path, "T1")]
+    assert 80_000 < path.stat().st_size <= 110_000
+    assert kept == list(range(kept[0], 301))
+    assert kept[0] > 1
+
+
+def test_a_decision_that_is_larger_than_the_file_may_be_stays_until_the_next(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("blackboard.auction.decision_log.MAX_SIZE", 1)
     book = SqliteBook(tmp_path / f"a{ENDING}")
-    for number in range(1, 6):
+    for number in (1, 2, 3):
         book.note([decision(auction=number)])
 
-    assert [each.auction for each in read_decisions(tmp_path, "T1")] == [3, 4, 5]
+    assert [each.auction for each in read_decisions(tmp_path, "T1")] == [3]
 
 
 def test_a_file_that_is_no_decision_log_is_named(tmp_path):

@@ -49,9 +49,10 @@ def test_a_restarted_process_is_another_one():
 
 def test_journals_grow_from_the_size_that_they_had_first(tmp_path):
     journal, growth = tmp_path / "robot1.sqlite3", Growth()
-    (tmp_path / "robot1.sqlite3-wal").write_bytes(b"x" * 9_000)
     for size in (5_000, 8_000, 6_000):
         journal.write_bytes(b"x" * size)
+        for other in ("robot1.sqlite3-wal", "robot1.auctions.sqlite3"):
+            (tmp_path / other).write_bytes(b"x" * 3 * size)
         growth.look_at_journals(tmp_path)
 
     assert growth.of_journals == 3_000

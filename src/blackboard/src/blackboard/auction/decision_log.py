@@ -26,8 +26,14 @@ if TYPE_CHECKING:
 ENDING = ".auctions.sqlite3"
 """End of the files' names."""
 
-MAX_KEPT = 20_000
-"""Decisions in a file; older ones are deleted."""
+MAX_SIZE = 100_000_000
+"""Size of a file, but for what SQLite writes beside it [B]; older decisions are deleted.
+
+A decision takes about 600 B for each robot that has bid.
+"""
+
+_AT_ONCE = 50
+"""The part of a full file that is deleted is one in so many decisions."""
 
 _TABLE = """
 CREATE TABLE IF NOT EXISTS decisions
@@ -68,15 +74,29 @@ class SqliteBook:
             self._database.executemany(
                 "INSERT INTO decisions (task, decision) VALUES (?, ?)", rows
             )
-            self._database.execute(
-                "DELETE FROM decisions WHERE number <= (SELECT max(number) FROM decisions) - ?",
-                (MAX_KEPT,),
-            )
+            while self._used() > MAX_SIZE and self._delete_oldest():
+                pass
             self._database.execute("COMMIT")
         except sqlite3.Error as error:
             with suppress(sqlite3.Error):
                 self._database.execute("ROLLBACK")
             raise self._failed(error) from None
+
+    def _used(self) -> int:
+        """Return how much of the file is in use [B]."""
+        pages, free, size = (
+            int(self._database.execute(f"PRAGMA {name}").fetchone()[0])
+            for name in ("page_count", "freelist_count", "page_size")
+        )
+        return (pages - free) * size
+
+    def _delete_oldest(self) -> int:
+        """Return how many decisions were deleted; the last one stays."""
+        return self._database.execute(
+            "DELETE FROM decisions WHERE number < (SELECT max(number) FROM decisions) AND number "
+            "<= (SELECT min(number) + (max(number) - min(number)) / ? FROM decisions)",
+            (_AT_ONCE,),
+        ).rowcount
 
     def close(self) -> None:
         """Close the file."""

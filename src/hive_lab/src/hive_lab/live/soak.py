@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import psutil
 from blackboard.msg import TaskState
 
+from blackboard.auction.decision_log import ENDING
 from blackboard.domain.settings import BlackboardSettings
 from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.registry import BenchResult
@@ -115,8 +116,13 @@ class Growth:
             )
 
     def look_at_journals(self, folder: Path) -> None:
-        """Measure the files of all journals, but for what SQLite writes beside them."""
+        """Measure the files of all journals, but for what SQLite writes beside them.
+
+        Decision logs do not count; each grows to the size that `decision_log` allows.
+        """
         for file in folder.glob("*.sqlite3"):
+            if file.name.endswith(ENDING):
+                continue
             size = file.stat().st_size
             self.of_journals = max(self.of_journals, size - self._journals.setdefault(file, size))
 
