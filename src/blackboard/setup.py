@@ -13,6 +13,7 @@ setup(
             "blackboard.consensus",
             "blackboard.costing",
             "blackboard.domain",
+            "blackboard.process",
             "blackboard.robot",
             "blackboard.ros",
             "blackboard.ros.rospy_patches",

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The port for all communication (the report's Talker), and the hive's topics.
 
-The core reaches the world only through a `Talker`: messages, timers and the time itself. On ROS it
-is `ros.talker.RosTalker`, in simulations one with virtual time. A talker makes all its calls one
-after the other from one thread, so its users need no lock.
+The core reaches the world only through a `Talker`: messages, timers and the time itself. In a
+process of the hive it is a `process.talker.MemberTalker`, in simulations one with virtual time. A
+talker makes all its calls one after the other from one thread, so its users need no lock.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.domain.task import TaskStep
+    from blackboard.process.talker import MemberTalker
     from blackboard.robot.drive_guard import Guard
-    from blackboard.ros.talker import MemberTalker
 
 _STATES = {
     GoalStatus.SUCCEEDED: CommandState.SUCCEEDED,

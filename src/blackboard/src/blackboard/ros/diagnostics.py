@@ -19,8 +19,8 @@ from blackboard.ros.master_watch import MasterState, watch_master
 if TYPE_CHECKING:
     from blackboard.consensus.no_quorum import NoQuorum
     from blackboard.consensus.node import RaftNode
+    from blackboard.process.talker import MemberTalker
     from blackboard.ros.no_clock import NoClock
-    from blackboard.ros.talker import MemberTalker
 
 _PERIOD = 1.0
 """Time between two messages, as is usual on /diagnostics [s]."""

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-import socket
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
+
+from blackboard.process.death import refuses
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
 
 PERIOD = 0.03
 """Time between two checks of the connection [s]; rospy closes it about 25 ms after `kill -9`."""
-
-_PATIENCE = 0.2
-"""Time that a port may take to refuse [s]; a host that is cut off never answers."""
 
 
 class LivenessWatch:
@@ -56,13 +54,5 @@ class LivenessWatch:
 
 
 def _refuses(uri: str) -> bool:
-    """Return whether a port refuses connections; only a machine that is up can do that."""
     address = urlsplit(uri)
-    place = (address.hostname or "", address.port or 0)
-    try:
-        with socket.create_connection(place, timeout=_PATIENCE):
-            return False
-    except ConnectionRefusedError:
-        return True
-    except OSError:
-        return False
+    return refuses(address.hostname or "", address.port or 0)

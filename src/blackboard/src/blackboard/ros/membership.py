@@ -27,8 +27,8 @@ from hive_common.ros import params
 
 if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
+    from blackboard.process.talker import MemberTalker
     from blackboard.ros.path_lengths import RosPathLengths
-    from blackboard.ros.talker import MemberTalker
 
 _CHECK_PERIOD = 1.0
 """Time between two checks that the hive has a quorum, and the member the time [s]."""

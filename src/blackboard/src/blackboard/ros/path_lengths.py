@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from blackboard.costing.traffic_conditions import TrafficConditions
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
-    from blackboard.ros.talker import RosTalker
+    from blackboard.process.talker import ProcessTalker
     from hive_common.grid_map import GridMap
 
 
@@ -52,7 +52,7 @@ class RosPathLengths:
         (robot_description/TrafficState).
     """
 
-    def __init__(self, talker: RosTalker, hive: str, settings: PathSettings) -> None:
+    def __init__(self, talker: ProcessTalker, hive: str, settings: PathSettings) -> None:
         self._grid: GridMap | None = None
         self._traffic = NO_TRAFFIC
         self._made: dict[float, GridPathLengths] = {}
@@ -90,7 +90,7 @@ class RosPathLengths:
         self._followers.append(tell)
         tell(self._map)
 
-    def _learn_name(self, msg: MapInUse, talker: RosTalker) -> None:
+    def _learn_name(self, msg: MapInUse, talker: ProcessTalker) -> None:
         def learn() -> None:
             self._names = {msg.checksum: msg.name}
             self._note(self._map.checksum)
@@ -105,14 +105,14 @@ class RosPathLengths:
             for tell in self._followers:
                 tell(used)
 
-    def _follow_traffic(self, talker: RosTalker, hive: str) -> None:
+    def _follow_traffic(self, talker: ProcessTalker, hive: str) -> None:
         def use(traffic: TrafficConditions) -> None:
             talker.call(lambda: self._use(self._grid, traffic))
 
         told = TrafficTold(hive, talker.now, use)
         self._traffic = told.conditions
 
-    def _take(self, msg: OccupancyGrid, talker: RosTalker) -> None:
+    def _take(self, msg: OccupancyGrid, talker: ProcessTalker) -> None:
         try:
             chart = map_from_msg(msg)
         except MapError as error:

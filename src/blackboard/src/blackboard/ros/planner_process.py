@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from blackboard.consensus.node import RaftNode
-    from blackboard.ros.talker import MemberTalker
+    from blackboard.process.talker import MemberTalker
 
 _PROGRAM = ("hive_navigation", "traffic_planner")
 """The node that plans: its package and its type, as in a launch file."""

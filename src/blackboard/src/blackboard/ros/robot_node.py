@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.process.talker import MemberTalker, ProcessTalker
     from blackboard.robot.drive_guard import Guard
     from blackboard.robot.executor import Command
-    from blackboard.ros.talker import MemberTalker
     from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
 
@@ -95,7 +95,7 @@ def topics_of(*, stands_by: bool) -> tuple[str, ...]:
 
 
 def start_robot(
-    process: RosTalker,
+    process: ProcessTalker,
     names: RobotNames,
     lengths_by: Callable[[PathSettings], RosPathLengths],
     guard: Guard,

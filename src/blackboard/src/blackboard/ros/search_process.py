@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from blackboard.auction.search.searcher import Found, Job
     from blackboard.domain.path_lengths import Field, FieldJob
-    from blackboard.ros.talker import MemberTalker
+    from blackboard.process.talker import MemberTalker
 
 
 _PIPE = 2**20

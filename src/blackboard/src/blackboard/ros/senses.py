@@ -14,15 +14,15 @@ from std_msgs.msg import Float64
 
 from blackboard.domain.clock_offsets import ClockOffsets, words
 from blackboard.errors import BlackboardError
+from blackboard.process.talker import LEADER
 from blackboard.ros.startup import wait_for
-from blackboard.ros.talker import LEADER
 from hive_common.pose import Pose
 from hive_common.ros.conversions import pose_from_msg
 
 if TYPE_CHECKING:
     from blackboard.domain.battery import Battery
+    from blackboard.process.talker import MemberTalker
     from blackboard.robot.robot import Robot
-    from blackboard.ros.talker import MemberTalker
 
 _BASE = "base"
 _POSE, _ODOM, _DROP = "amcl_pose", "odom", "drop_charge"

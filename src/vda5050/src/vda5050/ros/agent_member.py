@@ -41,10 +41,10 @@ if TYPE_CHECKING:
 
     from blackboard.domain.settings import PathSettings
     from blackboard.domain.task import TaskStep
+    from blackboard.process.talker import MemberTalker, ProcessTalker
     from blackboard.robot.executor import Command, CommandResult
     from blackboard.robot.robot import Robot
     from blackboard.ros.path_lengths import RosPathLengths
-    from blackboard.ros.talker import MemberTalker, RosTalker
     from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
     from hive_navigation.planning.ompl_planner import OmplPlanner
@@ -244,7 +244,7 @@ class AgentMember:
         return self._robot is None and self.agv.pose is not None
 
     def join(
-        self, process: RosTalker, lengths_by: Callable[[PathSettings], RosPathLengths]
+        self, process: ProcessTalker, lengths_by: Callable[[PathSettings], RosPathLengths]
     ) -> None:
         """Become a robot of the hive, in the talker's thread."""
         names, pose = self.names, self.agv.pose

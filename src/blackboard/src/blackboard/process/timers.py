@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-class RosTimer:
+class ScheduledCall:
     """See `blackboard.domain.talker.Timer`."""
 
     def __init__(self, due: float, period: float | None, action: Callable[[], None]) -> None:
@@ -30,16 +30,16 @@ class Timers:
 
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now
-        self._queue: list[tuple[float, int, RosTimer]] = []
+        self._queue: list[tuple[float, int, ScheduledCall]] = []
         self._order = itertools.count()
 
-    def every(self, period: float, action: Callable[[], None]) -> RosTimer:
+    def every(self, period: float, action: Callable[[], None]) -> ScheduledCall:
         """Call repeatedly, the first time after one period [s]."""
-        return self._schedule(RosTimer(self.now() + period, period, action))
+        return self._schedule(ScheduledCall(self.now() + period, period, action))
 
-    def after(self, delay: float, action: Callable[[], None]) -> RosTimer:
+    def after(self, delay: float, action: Callable[[], None]) -> ScheduledCall:
         """Call once after a delay [s]."""
-        return self._schedule(RosTimer(self.now() + delay, None, action))
+        return self._schedule(ScheduledCall(self.now() + delay, None, action))
 
     def next_due(self) -> float | None:
         """Return the time until the next call [s]; None if there is none."""
@@ -58,6 +58,6 @@ class Timers:
                 self._schedule(timer)
             timer.action()
 
-    def _schedule(self, timer: RosTimer) -> RosTimer:
+    def _schedule(self, timer: ScheduledCall) -> ScheduledCall:
         heapq.heappush(self._queue, (timer.due, next(self._order), timer))
         return timer

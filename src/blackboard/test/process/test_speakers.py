@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("blackboard.msg", reason="the talker needs generated messages")
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.ros.talker import SPEAKER_TIMEOUT, Speakers
+from blackboard.process.speakers import SPEAKER_TIMEOUT, Speakers
 from hive_common.last_heard import FORGOTTEN_AFTER
 from hive_common.pose import Pose
 

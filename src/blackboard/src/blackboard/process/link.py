@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What carries a process's messages to other processes: ROS or Zenoh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """A message that has come in, and has not been read yet.
+
+    Attributes:
+        topic: Its topic, one of `codec.tables.WIRES`.
+        name: The topic's name below the hive; for `set_state` with the robot's namespace.
+        sender: The process that has sent it.
+        read: Returns the message; raises ValueError or genpy.DeserializationError if it is none.
+    """
+
+    topic: str
+    name: str
+    sender: str
+    read: Callable[[], Any]
+
+
+class Inbox(Protocol):
+    """What a link needs of the talker whose messages it carries."""
+
+    spins: bool  # whether the talker's thread runs
+
+    def receive(self, arrival: Arrival) -> None:
+        """Take a message from another process; any thread may call this."""
+
+    def node_of(self, name: str) -> str:
+        """Return the process that speaks for a member or a robot; empty if unknown."""
+
+    def every(self, period: float, action: Callable[[], None]) -> object:
+        """Call repeatedly in the talker's thread [s]."""
+
+
+class Link(Protocol):
+    """Carries messages between this process and others.
+
+    Attributes:
+        name: That of this process, as others see it.
+    """
+
+    name: str
+
+    def attach(self, inbox: Inbox) -> None:
+        """Deliver from now on to this talker; called once, before anything else."""
+
+    def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
+        """Send a value of the core to other processes.
+
+        `to` names members or robots; those that are known to be neither may be left out.
+        """
+
+    def listen(self, topic: str, name: str) -> None:
+        """Deliver what others say on a topic, by its name below the hive; called once for each."""
+
+    def ping(self, node: str) -> bool:
+        """Return whether a process answers within a second."""
+
+    def watch(self, watcher: str, node: str, died: Callable[[], None]) -> None:
+        """Call once in the talker's thread when a process is proved dead.
+
+        Watching another one for the same watcher ends the previous watch.
+        """
