@@ -28,7 +28,6 @@ class FakeLink:
     def __init__(self):
         self.sent = []
         self.listens = []
-        self.pinged = []
         self.watched = []
         self.inbox = None
 
@@ -40,10 +39,6 @@ class FakeLink:
 
     def listen(self, topic, name):
         self.listens.append((topic, name))
-
-    def ping(self, node):
-        self.pinged.append(node)
-        return True
 
     def watch(self, watcher, node, died):
         self.watched.append((watcher, node, died))
@@ -189,14 +184,11 @@ def test_a_subscription_that_was_cancelled_hears_nothing(host):
     assert host.heard["r1"] == [UPDATE]
 
 
-def test_the_process_of_a_member_that_was_heard_is_pinged_and_watched(host):
+def test_the_process_of_a_member_that_was_heard_is_watched(host):
     host.link.deliver(AppendReply("/r9/robot#1", 3, 7, 1.5), "/host9", BB_ACK)
     host.work_off()
-    host.members["r1"].ping("/r9/robot")
     host.members["r1"].watch("/r9/robot", print)
-    host.members["r1"].ping("/r2/robot")
 
-    assert host.link.pinged == ["/host9", "/host"]
     assert host.link.watched == [("/r1/robot", "/host9", print)]
 
 

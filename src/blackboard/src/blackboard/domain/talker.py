@@ -130,9 +130,6 @@ class Talker(Clock, Protocol):
         `when` is asked before a message is read; while it returns False, messages are dropped.
         """
 
-    def ping(self, member: str) -> bool:
-        """Return whether a member's process answers; False does not prove that it is dead."""
-
     def watch(self, member: str, died: Callable[[], None]) -> None:
         """Call once when a member's process is proved dead, if that can be proved.
 

@@ -63,9 +63,6 @@ class Link(Protocol):
     def listen(self, topic: str, name: str) -> None:
         """Deliver what others say on a topic, by its name below the hive; called once for each."""
 
-    def ping(self, node: str) -> bool:
-        """Return whether a process answers within a second."""
-
     def watch(self, watcher: str, node: str, died: Callable[[], None]) -> None:
         """Call once in the talker's thread when a process is proved dead.
 

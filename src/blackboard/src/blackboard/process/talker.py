@@ -220,10 +220,6 @@ class ProcessTalker:
         """
         return lambda msg: self.call(lambda: self._reception.hand(topic, msg, (handle,)))
 
-    def ping(self, member: str) -> bool:
-        """Return whether the process of a member answers within a second."""
-        return self._link.ping(self.node_of(member))
-
     def watch(self, watcher: str, member: str, died: Callable[[], None]) -> None:
         """Call once when the process of a member is proved dead."""
         self._link.watch(watcher, self.node_of(member), died)
@@ -267,7 +263,7 @@ class MemberTalker:
         self.now, self.every, self.after = talker.now, talker.every, talker.after
         self.world, self.date = talker.world, talker.date
         self.call, self.take = talker.call, talker.take
-        self.ping, self.warn, self.refuse = talker.ping, talker.warn, talker.refuse
+        self.warn, self.refuse = talker.warn, talker.refuse
         self.refusals, self.failures = talker.refusals, talker.failures
         self.clocks = talker.clocks
 

@@ -38,7 +38,7 @@ class Gate:
         self.is_shut = False
         self._talker = talker
         self.world, self.date = talker.world, talker.date
-        self.ping, self.watch = talker.ping, talker.watch
+        self.watch = talker.watch
         self.now, self.every, self.after = talker.now, talker.every, talker.after
         self.warn, self.refuse = talker.warn, talker.refuse
 

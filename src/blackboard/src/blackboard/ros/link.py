@@ -3,12 +3,9 @@
 
 from __future__ import annotations
 
-import socket
 import threading
-import xmlrpc.client
 from typing import TYPE_CHECKING, Any
 
-import rosgraph
 import rospy
 
 from blackboard.codec.tables import WIRES
@@ -26,9 +23,6 @@ if TYPE_CHECKING:
 
 _QUEUE_SIZE = 1000
 """Messages that wait for a slow subscriber; then the oldest are dropped."""
-
-_PING_TIMEOUT = 1.0
-"""Wall time that a node may take to answer a ping [s]."""
 
 
 class RosLink:
@@ -94,20 +88,6 @@ class RosLink:
             self._inbox.every(PERIOD, self._check_watches)
         elif topic == (BB_ACK if self._is_voter else BB_ENTRIES):
             self._audience.listens = subscriber
-
-    def ping(self, node: str) -> bool:
-        """Return whether a node answers within a second."""
-        socket_timeout = socket.getdefaulttimeout()
-        socket.setdefaulttimeout(_PING_TIMEOUT)
-        try:
-            uri = rosgraph.Master(self.name).lookupNode(node)
-            with xmlrpc.client.ServerProxy(uri) as proxy:
-                proxy.getPid(self.name)
-        except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
-            return False
-        finally:
-            socket.setdefaulttimeout(socket_timeout)
-        return True
 
     def watch(self, watcher: str, node: str, died: Callable[[], None]) -> None:
         """Call once when a node is proved dead; see `liveness`."""

@@ -165,11 +165,6 @@ class HostTalker:
         host.network.schedule(delay / host.rate, host, timer.fire, timer=True)
         return timer
 
-    def ping(self, member: str) -> bool:
-        """Return whether a host runs."""
-        host = self._host.network.hosts.get(member)
-        return host is not None and host.up and not host.frozen
-
     def watch(self, member: str, died: Callable[[], None]) -> None:
         """Watch for the death of a host."""
         self._host.watched = (member, died)
