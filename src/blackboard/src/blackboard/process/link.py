@@ -38,6 +38,9 @@ class Inbox(Protocol):
     def node_of(self, name: str) -> str:
         """Return the process that speaks for a member or a robot; empty if unknown."""
 
+    def call(self, action: Callable[[], None]) -> None:
+        """Run an action in the talker's thread; any thread may call this."""
+
     def every(self, period: float, action: Callable[[], None]) -> object:
         """Call repeatedly in the talker's thread [s]."""
 
@@ -62,6 +65,9 @@ class Link(Protocol):
 
     def listen(self, topic: str, name: str) -> None:
         """Deliver what others say on a topic, by its name below the hive; called once for each."""
+
+    def why_refused(self, value: object, sender: str) -> str:
+        """Return why a process may not say this; empty if it may, or if nobody can tell."""
 
     def watch(self, watcher: str, node: str, died: Callable[[], None]) -> None:
         """Call once in the talker's thread when a process is proved dead.

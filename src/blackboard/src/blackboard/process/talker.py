@@ -185,11 +185,16 @@ class ProcessTalker:
             topic,
             message,
             WIRES[topic].from_msg,
-            lambda value: self._speakers.why_refused(value, arrival.sender, machine_time()),
+            lambda value: self._why_refused(value, arrival.sender),
         )
         if value is not None:
             self._compare_clocks(value, message)
             self._reception.hand(topic, value, [each.handler for each in wanted])
+
+    def _why_refused(self, value: object, sender: str) -> str:
+        return self._link.why_refused(value, sender) or self._speakers.why_refused(
+            value, sender, machine_time()
+        )
 
     def _compare_clocks(self, value: object, message: Any) -> None:  # noqa: ANN401  (a topic's)
         """Note how late a message is by its stamp, if it says whose clock made that."""

@@ -89,6 +89,10 @@ class RosLink:
         elif topic == (BB_ACK if self._is_voter else BB_ENTRIES):
             self._audience.listens = subscriber
 
+    def why_refused(self, _value: object, _sender: str) -> str:
+        """Return an empty text: ROS does not say who a node belongs to."""
+        return ""
+
     def watch(self, watcher: str, node: str, died: Callable[[], None]) -> None:
         """Call once when a node is proved dead; see `liveness`."""
         if self._backups is not None:

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The link between processes over Zenoh."""
+
+from __future__ import annotations
+
+import io
+import time
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+from zenoh.handlers import Callback
+
+from blackboard.codec.tables import WIRES
+from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.talker import (
+    BACKUP,
+    BB_ACK,
+    BB_ENTRIES,
+    BB_VOTE,
+    ROBOT_STATUS,
+    TASK_ASSIGN,
+)
+from blackboard.process.link import Arrival
+from blackboard.zenoh.access import key_of
+from blackboard.zenoh.authenticity import Authenticity
+from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
+from hive_common.machine_clock import machine_time
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable
+
+    from blackboard.process.link import Inbox
+
+ALIVE, LISTENS = "alive", "listens"
+"""Where the tokens are that say who takes part, and who listens to a topic of which newcomers get
+what was said last."""
+
+_URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
+"""Topics on which a message overtakes others, and does not wait to be sent with more."""
+
+_REPEATED = frozenset({topic for topic, wire in WIRES.items() if wire.latched} | {ROBOT_STATUS})
+"""Topics of which new listeners get what was said last."""
+
+MAX_SIZE = 8_000_000
+"""Size of a message [B]; a list of 10,000 tasks takes about 5 MB."""
+
+
+class ZenohLink:
+    """Carries messages over Zenoh, each on the key `hive/HIVE/TOPIC/SENDER`.
+
+    A message that a slow listener has no room for is dropped for that listener, so that it holds
+    nobody up; whoever needs an answer asks again.
+
+    Args:
+        session: Open; the caller closes it.
+        hive: The hive's name, one part of a key.
+        name: That of this process, one part of a key; of a robot's process, the robot's.
+        advertises: The topics that may be published on.
+        namespace: Of the hive, ending in a slash; names of members begin with it.
+        address: Where others reach this session, as HOST:PORT; empty if nowhere.
+        date: Returns the time that messages state [s].
+
+    Attributes:
+        name: That of this process.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        hive: str,
+        name: str,
+        advertises: Iterable[str],
+        *,
+        namespace: str = "/",
+        address: str = "",
+        date: Callable[[], float] = time.time,
+    ) -> None:
+        self.name = name
+        self._session = session
+        self._hive = hive
+        self._date = date
+        self._publishers = {topic: self._advertise(topic) for topic in advertises}
+        self._last: dict[str, dict[str, bytes]] = {topic: {} for topic in _REPEATED}
+        self._presence = Presence(self._hosts)
+        self._authenticity = Authenticity(namespace, machine_time)
+        self._token = Token(name, str(session.info.zid()), address or NO_ADDRESS)
+        self._tokens: list[Any] = []
+
+    def attach(self, inbox: Inbox) -> None:
+        """Deliver from now on to this talker."""
+        self._inbox = inbox
+        self._follow(ALIVE, "*/*/*", self._presence.appear, self._presence.vanish)
+        for topic in _REPEATED & self._publishers.keys():
+            self._follow(f"{LISTENS}/{topic}", "*/*/*", partial(self._repeat, topic))
+        self._declare(self._token.key(self._key(ALIVE)))
+        inbox.every(PERIOD, self._presence.check)
+
+    def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
+        """Send a value to all who listen; Zenoh knows who does."""
+        del to  # everyone may hear it
+        publisher = self._publishers[topic]
+        heard = publisher.matching_status.matching  # type: ignore[attr-defined]  # no bool, as it says
+        if not (topic in _REPEATED or heard):
+            return
+        payload = _serialized(WIRES[topic].to_msg(value, self._date()))
+        if topic in _REPEATED:
+            # Of each robot whose status it tells; else of this process.
+            whose = value.robot_id if isinstance(value, RobotStatus) else self.name
+            self._keep(topic, whose, payload)
+        publisher.put(payload)
+
+    def _keep(self, topic: str, whose: str, payload: bytes) -> None:
+        if topic != ROBOT_STATUS or whose == self.name:
+            self._last[topic][whose] = payload
+
+    def _repeat(self, topic: str, token: Token) -> None:
+        """Say what was said last, for someone who has begun to listen."""
+        if token.sender == self.name:
+            return
+        for payload in self._last[topic].values():
+            self._publishers[topic].put(payload)
+
+    def listen(self, topic: str, name: str) -> None:
+        """Deliver what others say on a topic, by its name below the hive."""
+        self._session.declare_subscriber(
+            key_of(self._hive, name, "*"),
+            Callback(partial(self._hear, topic, name), indirect=False),
+            allowed_origin=zenoh.Locality.REMOTE,
+        )
+        if topic in _REPEATED:
+            self._declare(self._token.key(self._key(f"{LISTENS}/{topic}")))
+
+    def _hear(self, topic: str, name: str, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.PUT:
+            sender = str(sample.key_expr).rpartition("/")[2]
+            read = partial(_read, topic, sample.payload)
+            self._inbox.receive(Arrival(topic, name, sender, read))
+
+    def why_refused(self, value: object, sender: str) -> str:
+        """Return why a process may not say this; empty if it may."""
+        return self._authenticity.why_refused(value, sender)
+
+    def watch(self, watcher: str, node: str, died: Callable[[], None]) -> None:
+        """Call once when a process is proved dead; see `presence`."""
+        self._presence.watch(watcher, node, died)
+
+    def _advertise(self, topic: str) -> zenoh.Publisher:
+        urgent = topic in _URGENT
+        return self._session.declare_publisher(
+            key_of(self._hive, topic, self.name),
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA,
+            express=urgent,
+            reliability=(
+                zenoh.Reliability.BEST_EFFORT
+                if topic == ROBOT_STATUS
+                else zenoh.Reliability.RELIABLE
+            ),
+        )
+
+    def _follow(
+        self,
+        kind: str,
+        whose: str,
+        appear: Callable[[Token], None],
+        vanish: Callable[[Token], None] = lambda _token: None,
+    ) -> None:
+        """Tell in the talker's thread which tokens appear and vanish, and which are there."""
+
+        def note(sample: zenoh.Sample) -> None:
+            tell = appear if sample.kind == zenoh.SampleKind.PUT else vanish
+            token = Token.read(str(sample.key_expr))
+            self._inbox.call(lambda: tell(token))
+
+        self._session.liveliness().declare_subscriber(
+            f"{self._key(kind)}/{whose}", Callback(note, indirect=False), history=True
+        )
+
+    def _declare(self, key: str) -> None:
+        self._tokens.append(self._session.liveliness().declare_token(key))
+
+    def _key(self, kind: str) -> str:
+        return f"hive/{self._hive}/{kind}"
+
+    def _hosts(self) -> dict[str, str]:
+        """Return the hosts that this session is connected to, by the ids of their sessions."""
+        return {
+            str(each.zid): each.dst.partition("/")[2].rpartition(":")[0]
+            for each in self._session.info.links()
+        }
+
+
+def _serialized(msg: Any) -> bytes:  # noqa: ANN401  (a topic's)
+    written = io.BytesIO()
+    msg.serialize(written)
+    return written.getvalue()
+
+
+def _read(topic: str, payload: zenoh.ZBytes) -> Any:  # noqa: ANN401  (the topic's)
+    size = len(payload)
+    if size > MAX_SIZE:
+        raise ValueError(f"a message of {size} bytes; allowed: at most {MAX_SIZE}")
+    return WIRES[topic].message().deserialize(payload.to_bytes())

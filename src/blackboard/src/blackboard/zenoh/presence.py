@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Proves that the process behind a Zenoh session has ended.
+
+A session declares a liveliness token with its address. When its connection closes, Zenoh removes
+the token everywhere. That proves nothing yet: a cable may be out. Proof is that its address then
+refuses connections. The address counts only if this session was connected to a process of that id
+on that very host; through a router or address translation, it may be another machine's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from blackboard.process.death import refuses
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+NO_ADDRESS = "-"
+"""In the token of a session that others cannot connect to."""
+
+PERIOD = 0.03
+"""Time between two checks whether a watched process has ended [s]."""
+
+
+@dataclass(frozen=True)
+class Token:
+    """What a session tells of itself while it lives.
+
+    Attributes:
+        sender: The process, as in its keys.
+        session: The id of its session, which is new after each start.
+        address: Where it is reached, as HOST:PORT; `NO_ADDRESS` if nowhere.
+    """
+
+    sender: str
+    session: str
+    address: str = NO_ADDRESS
+
+    @classmethod
+    def read(cls, key: str) -> Token:
+        """Return the token of a key, of which it is the end.
+
+        Raises:
+            ValueError: The key is too short.
+        """
+        _, sender, session, address = key.rsplit("/", 3)
+        return cls(sender, session, address)
+
+    def key(self, prefix: str) -> str:
+        """Return the key of the token below a prefix."""
+        return f"{prefix}/{self.sender}/{self.session}/{self.address}"
+
+
+class Presence:
+    """Follows the tokens of all processes. Use it from one thread.
+
+    Args:
+        hosts_of: Returns the hosts that this session is connected to, by the ids of sessions.
+        has_ended: Returns whether a host refuses connections to a port.
+    """
+
+    def __init__(
+        self,
+        hosts_of: Callable[[], dict[str, str]],
+        has_ended: Callable[[str, int], bool] = refuses,
+    ) -> None:
+        self._hosts_of = hosts_of
+        self._has_ended = has_ended
+        self._here: dict[str, Token] = {}
+        self._watches: dict[str, _Watch] = {}
+
+    def appear(self, token: Token) -> None:
+        """Note the token of a process; that of an earlier start may go later."""
+        self._here[token.sender] = token
+
+    def vanish(self, token: Token) -> None:
+        """Note that a token is gone."""
+        if self._here.get(token.sender) == token:
+            del self._here[token.sender]
+
+    def watch(self, watcher: str, sender: str, died: Callable[[], None]) -> None:
+        """Call once when a process has ended; see `process.link.Link.watch`."""
+        self._watches[watcher] = _Watch(sender, died)
+
+    def check(self) -> None:
+        """Look after the watched processes, every `PERIOD`."""
+        for watcher, watch in tuple(self._watches.items()):
+            token = self._here.get(watch.sender)
+            if token is not None:
+                self._note_address(watch, token)
+            elif watch.address is not None and self._has_ended(*watch.address):
+                del self._watches[watcher]
+                watch.died()
+
+    def _note_address(self, watch: _Watch, token: Token) -> None:
+        """Note where a process is reached, as long as its connection says on which host it is."""
+        if watch.token == token:
+            return
+        watch.token, watch.address = token, None
+        host, _, port = token.address.rpartition(":")
+        if host and port.isdecimal() and self._hosts_of().get(token.session) == host:
+            watch.address = (host.strip("[]"), int(port))
+
+
+@dataclass
+class _Watch:
+    sender: str
+    died: Callable[[], None]
+    token: Token | None = None
+    address: tuple[str, int] | None = None

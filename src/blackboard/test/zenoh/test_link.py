@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What goes over Zenoh, between sessions on this machine's loopback."""
+
+from __future__ import annotations
+
+import io
+import json
+import queue
+import socket
+
+import pytest
+
+pytest.importorskip("blackboard.msg", reason="the link needs generated messages")
+
+import genpy
+import zenoh
+
+from blackboard.codec.tables import WIRES
+from blackboard.consensus.messages import AppendReply
+from blackboard.consensus.task_list import TaskList
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.talker import (
+    BB_ACK,
+    NEW_TASK,
+    ROBOT_STATUS,
+    SET_STATE,
+    SYNC,
+    TASK_STATE,
+)
+from blackboard.domain.task import TaskState
+from blackboard.zenoh import link as link_module
+from blackboard.zenoh.link import ZenohLink
+from blackboard.zenoh.session import Endpoints, session_config
+from hive_common.pose import Pose
+
+UPDATE = TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 1)
+WITHIN = 20.0  # a busy machine needs no longer [s]
+
+
+def status(robot, reason=""):
+    return RobotStatus(robot, RobotState.IDLE, Pose(1.0, 2.0), 0.5, reason=reason)
+
+
+class FakeInbox:
+    """A talker whose thread is that of the test."""
+
+    spins = True
+
+    def __init__(self):
+        self.arrived = queue.Queue()
+        self.actions = queue.Queue()
+        self.checks = []
+        self.receive, self.call = self.arrived.put, self.actions.put
+
+    def node_of(self, name):
+        return name
+
+    def every(self, _period, action):
+        self.checks.append(action)
+
+    def next(self):
+        """Return the next arrival, with its value."""
+        arrival = self.arrived.get(timeout=WITHIN)
+        return arrival, WIRES[arrival.topic].from_msg(arrival.read())
+
+    def do_next(self):
+        """Do the next action that the link has for the talker's thread."""
+        self.actions.get(timeout=WITHIN)()
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Process:
+    """One process: its session, its link and its inbox."""
+
+    def __init__(self, name, connect=(), topics=(TASK_STATE, ROBOT_STATUS, SYNC, BB_ACK)):
+        self.address = f"127.0.0.1:{free_port()}"
+        ends = Endpoints((f"tcp/{self.address}",), tuple(f"tcp/{each}" for each in connect))
+        self.session = zenoh.open(zenoh.Config.from_json5(json.dumps(session_config(ends))))
+        self.inbox = FakeInbox()
+        self.link = ZenohLink(
+            self.session, "lab", name, topics, address=self.address, date=lambda: 7.0
+        )
+        self.link.attach(self.inbox)
+
+
+@pytest.fixture
+def start():
+    """Start processes; all end with the test."""
+    started = []
+
+    def begin(name, connect=(), **options):
+        started.append(Process(name, connect, **options))
+        return started[-1]
+
+    yield begin
+    for each in started:
+        each.session.close()
+
+
+@pytest.fixture
+def pair(start):
+    """Two processes of which the first listens to task states and is ready to hear them."""
+    first = start("robot1")
+    first.link.listen(TASK_STATE, TASK_STATE)
+    second = start("robot2", [first.address])
+    until_matched(second.session, "hive/lab/task_state/robot2")
+    return first, second
+
+
+def until_matched(session, key):
+    """Wait until a session knows that another one listens to a key."""
+    changed = queue.Queue()
+    publisher = session.declare_publisher(key)
+    listener = publisher.declare_matching_listener(changed.put)
+    while not publisher.matching_status.matching:
+        changed.get(timeout=WITHIN)
+    listener.undeclare()
+    publisher.undeclare()
+
+
+def test_a_message_arrives_with_its_sender_its_stamp_and_all_it_says(pair):
+    first, second = pair
+    second.link.publish(TASK_STATE, UPDATE, None)
+
+    arrival, value = first.inbox.next()
+
+    assert (arrival.topic, arrival.name, arrival.sender) == (TASK_STATE, TASK_STATE, "robot2")
+    assert value == UPDATE
+    assert arrival.read().header.stamp == genpy.Time(7)
+
+
+def test_messages_of_one_sender_arrive_in_their_order(pair):
+    first, second = pair
+    sent = [TaskUpdate(f"T{number}", TaskState.STARTED, "robot2", 0, 1) for number in range(300)]
+    for each in sent:
+        second.link.publish(TASK_STATE, each, None)
+
+    assert [first.inbox.next()[1] for _ in sent] == sent
+
+
+def test_a_process_does_not_hear_itself(pair):
+    first, second = pair
+    second.link.listen(TASK_STATE, TASK_STATE)
+    second.link.publish(TASK_STATE, UPDATE, None)
+
+    assert first.inbox.next()[1] == UPDATE
+    assert second.inbox.arrived.empty()
+
+
+def test_a_message_that_nobody_listens_to_is_not_encoded(start, monkeypatch):
+    alone = start("robot1")
+    monkeypatch.setattr(link_module, "WIRES", {})
+
+    alone.link.publish(TASK_STATE, UPDATE, None)
+
+
+def test_a_robots_own_topic_is_below_its_name(start):
+    robot = start("robot1")
+    robot.link.listen(SET_STATE, "robot1/set_state")
+    operator = start("anna", [robot.address], topics=())
+    key, text = "hive/lab/robot1/set_state/anna", io.BytesIO()
+    until_matched(operator.session, key)
+    WIRES[SET_STATE].encode("defect").serialize(text)
+    operator.session.put(key, text.getvalue())
+
+    arrival, said = robot.inbox.next()
+    assert (arrival.sender, arrival.name, said) == ("anna", "robot1/set_state", "defect")
+
+
+def test_a_new_listener_gets_the_last_list_and_each_status_of_the_process_itself(start):
+    first = start("robot1")
+    first.link.publish(SYNC, TaskList(1, 2, (), "hive1"), None)
+    first.link.publish(SYNC, TaskList(1, 3, (), "hive1"), None)
+    first.link.publish(ROBOT_STATUS, status("robot1", "here"), None)
+    first.link.publish(ROBOT_STATUS, status("robot9", "of another"), None)
+    late = start("robot2", [first.address])
+    for topic in (SYNC, ROBOT_STATUS):
+        late.link.listen(topic, topic)
+
+    for _ in range(4):  # tokens of two that live, and of what the second listens to
+        first.inbox.do_next()
+    heard = {arrival.topic: value for arrival, value in (late.inbox.next() for _ in range(2))}
+
+    assert heard[SYNC].version == 3
+    assert heard[ROBOT_STATUS].reason == "here"
+
+
+@pytest.mark.parametrize("payload", [b"", b"\x00", b"\xff" * 40, b"x" * 100_000])
+def test_bytes_that_are_no_message_are_refused_when_they_are_read(pair, payload):
+    first, second = pair
+    second.session.put("hive/lab/task_state/robot2", payload)
+    arrival = first.inbox.arrived.get(timeout=WITHIN)
+
+    with pytest.raises((ValueError, genpy.DeserializationError)):
+        WIRES[TASK_STATE].from_msg(arrival.read())
+
+
+def test_a_message_that_is_too_large_is_not_read(pair, monkeypatch):
+    first, second = pair
+    monkeypatch.setattr(link_module, "MAX_SIZE", 10)
+    second.link.publish(TASK_STATE, UPDATE, None)
+    arrival = first.inbox.arrived.get(timeout=WITHIN)
+
+    with pytest.raises(ValueError, match="bytes; allowed: at most 10"):
+        arrival.read()
+
+
+def test_a_process_that_speaks_as_another_is_refused(pair):
+    first, _ = pair
+    reply = AppendReply("/robot1/robot#1", 3, 7, 1.5)
+
+    assert first.link.why_refused(reply, "robot1") == ""
+    assert "robot2 speaks as /robot1/robot" in first.link.why_refused(reply, "robot2")
+
+
+def test_what_may_be_said_is_advertised_at_the_start(start):
+    with pytest.raises(KeyError):
+        start("robot1", topics=(TASK_STATE,)).link.publish(NEW_TASK, None, None)
+
+
+def test_a_process_whose_session_closes_is_proved_dead_by_its_address(start):
+    first = start("robot1")
+    second = start("robot2", [first.address])
+    died = []
+    first.link.watch("/robot1/robot", "robot2", lambda: died.append("robot2"))
+    first.inbox.do_next()  # its own token
+    first.inbox.do_next()  # the other's token
+    (check,) = first.inbox.checks
+    check()
+    assert died == []
+
+    second.session.close()
+    while not died:
+        first.inbox.do_next()  # the token goes
+        check()
+
+    assert died == ["robot2"]

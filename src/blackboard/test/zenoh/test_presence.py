@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""When the process behind a session is proved dead."""
+
+import pytest
+
+from blackboard.zenoh.presence import Presence, Token
+
+ROBOT2 = Token("robot2", "5e55", "10.0.0.2:7447")
+
+
+class Machines:
+    """To which hosts there are connections, which of them refuse, and whose death was told."""
+
+    def __init__(self, connected=None, refuses=True):
+        self.connected = {"5e55": "10.0.0.2"} if connected is None else connected
+        self.refuses = refuses
+        self.asked, self.died = [], []
+        self.presence = Presence(lambda: self.connected, self._has_ended)
+        self.presence.watch("/robot1/robot", "robot2", lambda: self.died.append("robot2"))
+
+    def _has_ended(self, host, port):
+        self.asked.append((host, port))
+        return self.refuses
+
+    def lose(self, token=ROBOT2):
+        """Let a process be there when it is looked at, and then vanish."""
+        self.presence.appear(token)
+        self.presence.check()
+        self.presence.vanish(token)
+        self.presence.check()
+
+
+def test_a_process_has_died_whose_token_is_gone_and_whose_address_refuses():
+    machines = Machines()
+    machines.lose()
+
+    assert machines.died == ["robot2"]
+    assert machines.asked == [("10.0.0.2", 7447)]
+
+
+def test_a_death_is_told_once():
+    machines = Machines()
+    machines.lose()
+    machines.presence.check()
+
+    assert machines.died == ["robot2"]
+
+
+def test_a_machine_that_does_not_answer_proves_nothing_until_it_refuses():
+    machines = Machines(refuses=False)
+    machines.lose()
+    assert machines.died == []
+
+    machines.refuses = True
+    machines.presence.check()
+    assert machines.died == ["robot2"]
+
+
+@pytest.mark.parametrize(
+    ("connected", "token"),
+    [
+        ({}, ROBOT2),
+        ({"5e55": "203.0.113.9"}, ROBOT2),
+        ({"another": "10.0.0.2"}, ROBOT2),
+        ({"5e55": "10.0.0.2"}, Token("robot2", "5e55")),
+        ({"5e55": "10.0.0.2"}, Token("robot2", "5e55", "10.0.0.2:port")),
+        ({"5e55": ""}, Token("robot2", "5e55", ":7447")),
+    ],
+    ids=["router", "translated", "another session", "no address", "no port", "no host"],
+)
+def test_an_address_that_may_be_that_of_another_machine_proves_nothing(connected, token):
+    machines = Machines(connected)
+    machines.lose(token)
+
+    assert (machines.died, machines.asked) == ([], [])
+
+
+def test_a_process_that_is_back_is_alive_and_the_token_of_its_last_life_may_go():
+    machines = Machines({"5e55": "10.0.0.2", "5e56": "10.0.0.2"})
+    again = Token("robot2", "5e56", "10.0.0.2:7447")
+    machines.presence.appear(ROBOT2)
+    machines.presence.check()
+    machines.presence.appear(again)
+    machines.presence.vanish(ROBOT2)
+    machines.presence.check()
+    assert machines.died == []
+
+    machines.lose(again)
+    assert machines.died == ["robot2"]
+
+
+def test_only_the_process_that_a_watcher_named_last_is_watched():
+    machines = Machines()
+    machines.presence.watch("/robot1/robot", "robot3", lambda: machines.died.append("robot3"))
+    machines.lose()
+
+    assert machines.died == []
+
+
+def test_an_address_of_version_6_is_asked_without_its_brackets():
+    machines = Machines({"5e55": "[fd00::2]"})
+    machines.lose(Token("robot2", "5e55", "[fd00::2]:7447"))
+
+    assert machines.asked == [("fd00::2", 7447)]
+
+
+def test_a_token_is_read_from_the_key_that_it_has():
+    assert Token.read(ROBOT2.key("hive/lab/alive")) == ROBOT2
+    with pytest.raises(ValueError, match="not enough values"):
+        Token.read("hive/lab")
