@@ -70,4 +70,7 @@ def test_what_no_rule_allows_is_denied_and_who_is_not_listed_gets_nothing():
 
     assert (nobody["default_permission"], nobody["policies"]) == ("deny", [])
     assert one["subjects"] == [{"id": "anna", "cert_common_names": ["anna.1"]}]
-    assert one["policies"] == [{"rules": ["listen", "hear"], "subjects": ["anna"]}]
+    assert one["policies"] == [
+        {"rules": ["listen", "hear"], "subjects": ["anna"]},
+        {"rules": ["anna lives"], "subjects": ["anna"]},
+    ]

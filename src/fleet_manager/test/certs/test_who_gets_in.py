@@ -118,6 +118,51 @@ def test_nobody_says_what_is_not_its_own(site, blackboard, name, forged):
     assert blackboard.hears(site.folder_of(name), *forged) == []
 
 
+@pytest.mark.parametrize("name", [name for name in ROLES if name != "hall1"])
+def test_everyone_says_that_it_lives_and_listens_and_nobody_says_so_for_another(
+    site, blackboard, name
+):
+    seen, mine = queue.Queue(), f"{name}/5e55/-"
+    other = "anna" if name == "robot1" else "robot1"
+    last = f"hive/lab/listens/bb_sync/{mine}"
+    blackboard.session.liveliness().declare_subscriber("hive/lab/**", seen.put)
+    reach = Endpoints(connect=(blackboard.endpoint,))
+    with opened(session_config(reach, site.folder_of(name), Mode.CLIENT)) as session:
+        tokens = [
+            session.liveliness().declare_token(key)
+            for key in (f"hive/lab/alive/{other}/5e55/-", f"hive/lab/alive/{mine}", last)
+        ]
+        found = [seen.get(timeout=LIMIT)]
+        while str(found[-1].key_expr) != last:
+            found.append(seen.get(timeout=LIMIT))
+    gone = [seen.get(timeout=LIMIT) for _ in found]
+
+    own = [f"hive/lab/alive/{mine}", last]
+    assert len(tokens) == 3
+    assert [(str(each.key_expr), each.kind) for each in found] == [
+        (key, zenoh.SampleKind.PUT) for key in own
+    ]
+    assert {str(each.key_expr) for each in gone} == set(own)
+    assert all(each.kind == zenoh.SampleKind.DELETE for each in gone)
+
+
+def test_a_viewer_sees_who_lives_and_who_was_revoked_does_not(tmp_path, site, blackboard):
+    other = Site(shutil.copytree(site.folder, tmp_path / "lab"))
+    other.add("mallory", Role.ROBOT)
+    reach = Endpoints(connect=(blackboard.endpoint,))
+    folders = (site.folder_of("eve"), other.folder_of("mallory"))
+    configs = [session_config(reach, folder, Mode.CLIENT) for folder in folders]
+    token = blackboard.session.liveliness().declare_token("hive/lab/alive/blackboard/5e55/-")
+    with opened(configs[1]) as mallory, opened(configs[0]) as eve:
+        nothing, seen = queue.Queue(), queue.Queue()
+        for session, found in ((mallory, nothing), (eve, seen)):
+            session.liveliness().declare_subscriber("hive/lab/**", found.put, history=True)
+        assert str(seen.get(timeout=LIMIT).key_expr) == "hive/lab/alive/blackboard/5e55/-"
+        token.undeclare()
+        assert seen.get(timeout=LIMIT).kind == zenoh.SampleKind.DELETE
+        assert nothing.empty()
+
+
 def test_a_router_passes_on_what_others_say(site, blackboard):
     said = ["task_cost/robot1", "new_task/anna"]
 

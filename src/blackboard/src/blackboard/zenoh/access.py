@@ -26,9 +26,17 @@ ANY = "**"
 _ROBOT_NAMESPACE = "*"
 """Zenoh's wildcard for one part of a key: the name of any robot."""
 
+ALIVE, LISTENS = "alive", "listens"
+"""Parts of the keys of liveliness tokens, before the member's name: it lives, and it listens to a
+topic of which newcomers get what was said last."""
+
 _TRAFFIC = "traffic"
 _ROUTES, _TRAFFIC_STATE = "routes", "traffic_state"
 _ZONE_COMMAND = "zone_command"
+
+
+_LIVELINESS = "liveliness_token"
+_LISTENING = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"]
 
 
 class Role(Enum):
@@ -96,6 +104,12 @@ def speaks_on(hive: str, identity: Identity) -> tuple[str, ...]:
     return tuple(key_of(hive, topic, identity.name) for topic in said)
 
 
+def tokens_of(hive: str, name: str) -> tuple[str, ...]:
+    """Return the key expressions of the tokens that a member may declare."""
+    heads = (ALIVE, f"{LISTENS}/*")
+    return tuple(f"hive/{hive}/{head}/{name}/{ANY}" for head in heads)
+
+
 def access_control(hive: str, identities: Iterable[Identity]) -> dict[str, Any]:
     """Return the section `access_control` of a Zenoh configuration.
 
@@ -108,17 +122,23 @@ def access_control(hive: str, identities: Iterable[Identity]) -> dict[str, Any]:
     listed = list(identities)
     everything = [f"hive/{hive}/{ANY}"]
     rules = [
-        _rule("listen", ["ingress", "egress"], ["declare_subscriber"], everything),
-        _rule("hear", ["egress"], ["put"], everything),
+        _rule("listen", ["ingress", "egress"], _LISTENING, everything),
+        _rule("hear", ["egress"], ["put", _LIVELINESS], everything),
     ]
     policies = []
     if listed:
         policies.append(_policy(["listen", "hear"], [each.name for each in listed]))
     for each in listed:
-        keys = speaks_on(hive, each)
-        if keys:
-            rules.append(_rule(f"{each.name} speaks", ["ingress"], ["put"], list(keys)))
-            policies.append(_policy([f"{each.name} speaks"], [each.name]))
+        own = {
+            f"{each.name} lives": (_LIVELINESS, _tokens_of(hive, each)),
+            f"{each.name} speaks": ("put", speaks_on(hive, each)),
+        }
+        allowed = {rule: (message, keys) for rule, (message, keys) in own.items() if keys}
+        rules += [
+            _rule(rule, ["ingress"], [message], list(keys))
+            for rule, (message, keys) in allowed.items()
+        ]
+        policies.append(_policy(list(allowed), [each.name]))
     return {
         "enabled": True,
         "default_permission": "deny",
@@ -128,6 +148,11 @@ def access_control(hive: str, identities: Iterable[Identity]) -> dict[str, Any]:
         ],
         "policies": policies,
     }
+
+
+def _tokens_of(hive: str, identity: Identity) -> tuple[str, ...]:
+    """Return whose tokens an identity may bring: its own, a router those of all."""
+    return tokens_of(hive, "*" if identity.role is Role.ROUTER else identity.name)
 
 
 def _rule(name: str, flows: list[str], messages: list[str], keys: list[str]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from blackboard.domain.talker import (
     TASK_ASSIGN,
 )
 from blackboard.process.link import Arrival
-from blackboard.zenoh.access import key_of
+from blackboard.zenoh.access import ALIVE, LISTENS, key_of
 from blackboard.zenoh.authenticity import Authenticity
 from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
 from hive_common.machine_clock import machine_time
@@ -31,10 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
     from blackboard.process.link import Inbox
-
-ALIVE, LISTENS = "alive", "listens"
-"""Where the tokens are that say who takes part, and who listens to a topic of which newcomers get
-what was said last."""
 
 _URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
 """Topics on which a message overtakes others, and does not wait to be sent with more."""
