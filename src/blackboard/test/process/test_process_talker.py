@@ -40,6 +40,9 @@ class FakeLink:
     def listen(self, topic, name):
         self.listens.append((topic, name))
 
+    def why_refused(self, _value, sender):
+        return f"{sender} is a liar" if sender == "/liar" else ""
+
     def watch(self, watcher, node, died):
         self.watched.append((watcher, node, died))
 
@@ -160,6 +163,15 @@ def test_a_message_that_cannot_be_read_is_refused(host):
     assert list(host.heard.values()) == [[]] * 3
     assert host.talker.refusals.total == 1
     assert "it is cut off" in host.runtime.warnings[0]
+
+
+def test_a_message_that_the_link_refuses_reaches_nobody(host):
+    host.link.deliver(UPDATE, "/liar")
+    host.work_off()
+
+    assert list(host.heard.values()) == [[]] * 3
+    assert host.talker.refusals.total == 1
+    assert "/liar is a liar" in host.runtime.warnings[0]
 
 
 def test_a_topic_is_listened_to_once_and_a_robots_own_one_in_its_namespace(host):

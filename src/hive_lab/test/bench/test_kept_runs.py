@@ -47,11 +47,12 @@ def test_a_line_that_was_cut_off_is_measured_again(tmp_path):
 
 def test_a_run_that_fails_ends_the_measurement_at_once():
     jobs = {"run 1": (fail, (1,)), "run 2": (signal.pause, ())}
+    others = set(multiprocessing.active_children())  # of other tests
 
     with pytest.raises(AssertionError):
         KeptRuns(None).all_of(jobs)
 
-    assert multiprocessing.active_children() == []
+    assert set(multiprocessing.active_children()) <= others
 
 
 def test_another_file_is_refused_with_its_line(tmp_path):
