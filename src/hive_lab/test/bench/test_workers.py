@@ -27,9 +27,10 @@ with workers() as pool:
 
 
 def test_they_do_the_work():
+    others = set(multiprocessing.active_children())  # of other tests
     with workers() as pool:
         assert list(pool.map(abs, (-1, -2))) == [1, 2]
-    assert multiprocessing.active_children() == []
+    assert set(multiprocessing.active_children()) <= others
 
 
 @pytest.mark.parametrize("method", ["fork", "forkserver"])
