@@ -153,11 +153,21 @@ def test_a_process_does_not_hear_itself(pair):
     assert second.inbox.arrived.empty()
 
 
-def test_a_message_that_nobody_listens_to_is_not_encoded(start, monkeypatch):
-    alone = start("robot1")
-    monkeypatch.setattr(link_module, "WIRES", {})
+def test_a_message_that_nobody_listens_to_is_not_encoded(pair, monkeypatch):
+    first, second = pair
+    encoded, wires = [], link_module.WIRES
 
-    alone.link.publish(TASK_STATE, UPDATE, None)
+    def encode(value):
+        encoded.append(value)
+        return wires[TASK_STATE].encode(value)
+
+    counting = {topic: wire._replace(encode=encode) for topic, wire in wires.items()}
+    monkeypatch.setattr(link_module, "WIRES", counting)
+    first.link.publish(TASK_STATE, UPDATE, None)
+    assert encoded == []
+
+    second.link.publish(TASK_STATE, UPDATE, None)
+    assert encoded == [UPDATE]
 
 
 def test_a_robots_own_topic_is_below_its_name(start):

@@ -88,6 +88,22 @@ def blackboard(site):
         yield Blackboard(endpoint, session, heard, connections)
 
 
+@pytest.fixture
+def viewer(site, blackboard):
+    """The configuration of a viewer's session."""
+    reach = Endpoints(connect=(blackboard.endpoint,))
+    return session_config(reach, site.folder_of("eve"), Mode.CLIENT)
+
+
+@pytest.fixture
+def revoked(tmp_path, site, blackboard):
+    """That of a session whose certificate the authority issued, and which is on no list."""
+    other = Site(shutil.copytree(site.folder, tmp_path / "lab"))
+    other.add("mallory", Role.ROBOT)
+    reach = Endpoints(connect=(blackboard.endpoint,))
+    return session_config(reach, other.folder_of("mallory"), Mode.CLIENT)
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -146,14 +162,9 @@ def test_everyone_says_that_it_lives_and_listens_and_nobody_says_so_for_another(
     assert all(each.kind == zenoh.SampleKind.DELETE for each in gone)
 
 
-def test_a_viewer_sees_who_lives_and_who_was_revoked_does_not(tmp_path, site, blackboard):
-    other = Site(shutil.copytree(site.folder, tmp_path / "lab"))
-    other.add("mallory", Role.ROBOT)
-    reach = Endpoints(connect=(blackboard.endpoint,))
-    folders = (site.folder_of("eve"), other.folder_of("mallory"))
-    configs = [session_config(reach, folder, Mode.CLIENT) for folder in folders]
+def test_a_viewer_sees_who_lives_and_who_was_revoked_does_not(blackboard, viewer, revoked):
     token = blackboard.session.liveliness().declare_token("hive/lab/alive/blackboard/5e55/-")
-    with opened(configs[1]) as mallory, opened(configs[0]) as eve:
+    with opened(viewer) as eve, opened(revoked) as mallory:
         nothing, seen = queue.Queue(), queue.Queue()
         for session, found in ((mallory, nothing), (eve, seen)):
             session.liveliness().declare_subscriber("hive/lab/**", found.put, history=True)
@@ -181,19 +192,14 @@ def test_who_was_revoked_says_nothing(tmp_path, site, blackboard):
     assert blackboard.hears(other.folder_of("mallory"), BID.format("mallory")) == []
 
 
-def test_a_viewer_hears_the_hive_and_who_was_revoked_does_not(tmp_path, site, blackboard):
-    other = Site(shutil.copytree(site.folder, tmp_path / "lab"))
-    other.add("mallory", Role.ROBOT)
-    reach = Endpoints(connect=(blackboard.endpoint,))
-    folders = (site.folder_of("eve"), other.folder_of("mallory"))
-    configs = [session_config(reach, folder, Mode.CLIENT) for folder in folders]
+def test_a_viewer_hears_the_hive_and_who_was_revoked_does_not(blackboard, viewer, revoked):
     others = zenoh.Locality.REMOTE
     publisher = blackboard.session.declare_publisher(
         "hive/lab/bb_backup/blackboard", allowed_destination=others
     )
     listened = queue.Queue()
     publisher.declare_matching_listener(listened.put)
-    with opened(configs[1]) as mallory, opened(configs[0]) as eve:
+    with opened(viewer) as eve, opened(revoked) as mallory:
         nothing, heard = queue.Queue(), queue.Queue()
         mallory.declare_subscriber("hive/lab/**", nothing.put)
         eve.declare_subscriber("hive/lab/**", heard.put)

@@ -77,7 +77,7 @@ class ZenohLink:
         self._hive = hive
         self._date = date
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
-        self._last: dict[str, dict[str, bytes]] = {topic: {} for topic in _REPEATED}
+        self._last: dict[str, bytes] = {}
         self._presence = Presence(self._hosts)
         self._authenticity = Authenticity(namespace, machine_time)
         self._token = Token(name, str(session.info.zid()), address or NO_ADDRESS)
@@ -100,29 +100,22 @@ class ZenohLink:
         if not (topic in _REPEATED or heard):
             return
         payload = _serialized(WIRES[topic].to_msg(value, self._date()))
-        if topic in _REPEATED:
-            # Of each robot whose status it tells; else of this process.
-            whose = value.robot_id if isinstance(value, RobotStatus) else self.name
-            self._keep(topic, whose, payload)
+        # A leader also tells the status of robots that it no longer hears; they may be back.
+        is_of_another = isinstance(value, RobotStatus) and value.robot_id != self.name
+        if topic in _REPEATED and not is_of_another:
+            self._last[topic] = payload
         publisher.put(payload)
-
-    def _keep(self, topic: str, whose: str, payload: bytes) -> None:
-        if topic != ROBOT_STATUS or whose == self.name:
-            self._last[topic][whose] = payload
 
     def _repeat(self, topic: str, token: Token) -> None:
         """Say what was said last, for someone who has begun to listen."""
-        if token.sender == self.name:
-            return
-        for payload in self._last[topic].values():
-            self._publishers[topic].put(payload)
+        if token.sender != self.name and topic in self._last:
+            self._publishers[topic].put(self._last[topic])
 
     def listen(self, topic: str, name: str) -> None:
         """Deliver what others say on a topic, by its name below the hive."""
         self._session.declare_subscriber(
             key_of(self._hive, name, "*"),
             Callback(partial(self._hear, topic, name), indirect=False),
-            allowed_origin=zenoh.Locality.REMOTE,
         )
         if topic in _REPEATED:
             self._declare(self._token.key(self._key(f"{LISTENS}/{topic}")))
@@ -148,6 +141,8 @@ class ZenohLink:
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA,
             express=urgent,
+            # What this process listens to itself is no reason to encode a message.
+            allowed_destination=zenoh.Locality.REMOTE,
             reliability=(
                 zenoh.Reliability.BEST_EFFORT
                 if topic == ROBOT_STATUS
