@@ -246,6 +246,20 @@ def test_a_load_is_picked_and_put_down(fetch):
     assert (put_down[0], put_down[1].outcome) == (GoalStatus.SUCCEEDED, PickResult.SUCCESS)
 
 
+def test_a_load_of_another_task_with_the_same_id_stays_on_board(fetch):
+    load = {"task_id": "T4", "payload": 2.0, "posted": rospy.Time(7)}
+    pick(fetch, act=PickGoal.PICK, **load)
+
+    later = {**load, "posted": rospy.Time(9)}
+    picked = pick(fetch, act=PickGoal.PICK, look=True, **later)
+    placed = pick(fetch, act=PickGoal.PLACE, **later)
+    put_down = pick(fetch, act=PickGoal.PLACE, **load)
+
+    assert picked[1].outcome == PickResult.HOLDS_ANOTHER
+    assert placed[1].outcome == PickResult.NOTHING_THERE
+    assert put_down[1].outcome == PickResult.SUCCESS
+
+
 def test_an_action_that_is_asked_for_again_is_done_once(fetch):
     order = {"task_id": "T5", "payload": 2.0}
     with slow_motion():

@@ -235,6 +235,19 @@ def test_what_is_on_board_during_each_step_follows_from_who_loads(kind, goals, l
     assert [load_during(task, step) for step in range(len(split_task(task)))] == loads
 
 
+@pytest.mark.parametrize(
+    ("change", "is_one"),
+    [({}, True), ({"posted": 0.0}, True), ({"posted": 8.0}, False), ({"id": "T9"}, False)],
+)
+def test_a_later_task_with_the_same_id_has_a_load_of_its_own(change, is_one):
+    first = replace(GOOD, posted=7.0)
+    _, picks, *_ = split_task(first)
+    *_, places = split_task(replace(first, **change))
+
+    assert places.handles_the_load_of(picks) is is_one
+    assert picks.handles_the_load_of(places) is is_one
+
+
 def test_goals_that_a_type_does_not_visit_are_named():
     task = replace(GOOD, type=TaskType.GPA, goals=(A, B, C))
 

@@ -12,7 +12,7 @@ from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
-CARRY = Task("T2", TaskType.GPAB, (A, B), payload=5.0)
+CARRY = Task("T2", TaskType.GPAB, (A, B), payload=5.0, posted=3.0)
 OTHER = Task("T3", TaskType.GPAB, (A, B), payload=2.0)
 GO = Task("T1", TaskType.GA, (A,))
 CHARGERS = ChargingPlan({"charger 1": Pose(0.0, 0.0)})
@@ -61,8 +61,9 @@ def test_the_arm_is_asked_with_one_id_and_looks_first_however_often_it_is_asked(
     harness.set_state("put_down 3 4 0")
     harness.wait(3 * STEP + 5.0)
 
-    asked = [(s.action, s.look) for s in harness.command.started if s.kind is StepKind.PLACE]
-    assert asked == [("/T2/1/3", True)] * 2
+    asked = [s for s in harness.command.started if s.kind is StepKind.PLACE]
+    assert [(s.action, s.look) for s in asked] == [("/T2/1/3", True)] * 2
+    assert [s.posted for s in asked] == [CARRY.posted] * 2
 
 
 def test_a_place_that_is_not_reached_leaves_the_load_on_board_and_can_be_changed(harness):

@@ -18,7 +18,7 @@ from blackboard.ros import commands
 from blackboard.ros.commands import PickCommand
 from hive_common.pose import Pose
 
-STEP = TaskStep(StepKind.PICK, Pose(1.0, 2.0), 0.5, "T1")
+STEP = TaskStep(StepKind.PICK, Pose(1.0, 2.0), 0.5, "T1", posted=3.25)
 
 
 class Server:
@@ -112,6 +112,13 @@ def test_a_state_that_no_goal_ends_in_counts_as_lost(server, ends, state):
     server.end(state)
 
     assert ends[0].state is CommandState.LOST
+
+
+@pytest.mark.usefixtures("ends")
+def test_the_arm_is_told_which_load_is_meant(server):
+    (goal,) = server.sent
+
+    assert (goal.task_id, goal.posted.to_sec()) == ("T1", 3.25)
 
 
 def test_what_is_said_of_a_step_that_has_ended_counts_for_nothing(server, ends):

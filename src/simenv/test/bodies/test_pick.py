@@ -249,14 +249,37 @@ def test_an_order_whose_grip_failed_is_tried_again_under_the_same_id():
 
 
 @pytest.mark.parametrize(
-    ("task_id", "outcome"),
-    [("T1", PickOutcome.SUCCESS), ("T2", PickOutcome.HOLDS_ANOTHER)],
+    ("task_id", "posted", "outcome"),
+    [
+        ("T1", 7.0, PickOutcome.SUCCESS),
+        ("T1", 7.0004, PickOutcome.SUCCESS),
+        ("T1", 0.0, PickOutcome.SUCCESS),
+        ("T1", 9.0, PickOutcome.HOLDS_ANOTHER),
+        ("T2", 7.0, PickOutcome.HOLDS_ANOTHER),
+    ],
 )
-def test_an_arm_that_is_to_look_first_picks_nothing_while_a_load_is_on_board(task_id, outcome):
+def test_an_arm_that_is_to_look_first_picks_nothing_while_a_load_is_on_board(
+    task_id, posted, outcome
+):
     simulation, arm = start()
-    do(simulation, Act.PICK, "T1", 2.0)
+    arm.start(Order(Act.PICK, "T1", 2.0, posted=7.0), HERE)
+    wait(simulation, PICK_TIME)
 
-    arm.start(Order(Act.PICK, task_id, 1.0, action_id="hive2/T/1/1", look=True), HERE)
+    again = Order(Act.PICK, task_id, 1.0, action_id="hive2/T/1/1", look=True, posted=posted)
+    arm.start(again, HERE)
 
     assert arm.result.outcome is outcome
-    assert arm.load == Load("T1", 2.0)
+    assert arm.load == Load("T1", 2.0, 7.0)
+
+
+def test_the_load_of_an_earlier_task_is_not_put_down_for_a_later_one_with_its_id():
+    simulation, arm = start()
+    arm.start(Order(Act.PICK, "T1", 2.0, posted=7.0), HERE)
+    wait(simulation, PICK_TIME)
+
+    arm.start(Order(Act.PLACE, "T1", 2.0, posted=9.0), HERE)
+
+    assert arm.result.outcome is PickOutcome.NOTHING_THERE
+    assert arm.result.message == (
+        "the load of another task 'T1' is on board, not the load of task 'T1'"
+    )

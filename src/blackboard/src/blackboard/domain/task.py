@@ -147,7 +147,7 @@ class Task:
 
         It tells a task from a later one with the same id.
         """
-        return not (posted and self.posted) or abs(posted - self.posted) < _SAME_STAMP
+        return _is_one_stamp(posted, self.posted)
 
     def _content(self) -> tuple[object, ...]:
         way = (self.type, self.goals, self.frame or "map")
@@ -165,6 +165,19 @@ class TaskStep:
     # Of an arm's step, as the robot asks for it; see `blackboard.robot.loads`.
     action: str = field(default="", compare=False)  # its id, the same whenever it is asked for
     look: bool = field(default=False, compare=False)  # look first what is on board
+    posted: float = field(default=0.0, compare=False)  # when that task was posted [s], if known
+
+    def handles_the_load_of(self, other: TaskStep) -> bool:
+        """Return whether two steps of arms are about one load.
+
+        A later task with the same id has a load of its own.
+        """
+        return self.task_id == other.task_id and _is_one_stamp(self.posted, other.posted)
+
+
+def _is_one_stamp(posted: float, other: float) -> bool:
+    """Return whether two tasks with the same id were posted at one time; 0 may be any time."""
+    return not (posted and other) or abs(posted - other) < _SAME_STAMP
 
 
 def used_goals(task: Task) -> tuple[Pose, ...]:
@@ -204,10 +217,14 @@ def split_task(task: Task) -> tuple[TaskStep, ...]:
     for number, goal in enumerate(goals):
         steps.append(TaskStep(StepKind.MOVE, goal, 0.0, task.id))
         if kind.picks and number == 0:
-            steps.append(TaskStep(StepKind.PICK, goal, task.payload, task.id))
+            steps.append(_arm_step(StepKind.PICK, goal, task))
         elif kind is TaskType.GPAB and number == len(goals) - 1:
-            steps.append(TaskStep(StepKind.PLACE, goal, task.payload, task.id))
+            steps.append(_arm_step(StepKind.PLACE, goal, task))
     return tuple(steps)
+
+
+def _arm_step(kind: StepKind, goal: Pose, task: Task) -> TaskStep:
+    return TaskStep(kind, goal, task.payload, task.id, posted=task.posted)
 
 
 def is_picked(task: Task, step: int) -> bool:

@@ -59,7 +59,9 @@ class Unloading:
         self.stop()
         (load,) = loads
         self._load = load
-        task = Task(load.task_id, TaskType.GPAB, (place, place), payload=load.payload)
+        task = Task(
+            load.task_id, TaskType.GPAB, (place, place), payload=load.payload, posted=load.posted
+        )
         self._service.about_load = f"brings the load of {load.task_id} to {place}"
 
         def ended(result: CommandResult) -> None:

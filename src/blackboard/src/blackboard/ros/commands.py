@@ -298,4 +298,5 @@ def _pick_goal(step: TaskStep) -> bb_msgs.PickGoal:
         payload=step.payload,
         action_id=step.action,
         look=step.look,
+        posted=rospy.Time.from_sec(step.posted),
     )

@@ -351,16 +351,22 @@ _LATE_PICK = _pick_after_a_restart(cancelled=10.07, checked=10.95)
 
 # T1 is cancelled when the next process drives to its place again.
 _DROPPED_PICK = _pick_after_a_restart(cancelled=10.3, checked=10.8)
-
-# Robot1 carries the load of T1 when it is cut off, and its process restarts. T1 fails and is
-# forgotten. Another T1 is posted just when robot1 is heard again, the only robot in service.
 _CARRY = Task("T1", TaskType.GPAB, (Pose(1.0, 2.0), Pose(2.0, 2.0)), payload=2.0)
-_LATER_LOAD = (
-    SetState(7.0, "robot2", "defect"),
-    Cut(11.5, ("robot1",), 10.5),
-    Crash(12.7, "robot1", 0.7),
-    Post(22.2, _CARRY, anew=True),
-)
+
+
+def _later_load(*, disk_lost: bool) -> tuple[Happening, ...]:
+    """Return what happens to robot1, which carries the load of T1.
+
+    It is cut off, and its process restarts, with its disk or without. T1 fails and is forgotten.
+    Another T1 is posted just when robot1 is heard again, the only robot in service.
+    """
+    return (
+        SetState(7.0, "robot2", "defect"),
+        Cut(11.5, ("robot1",), 10.5),
+        Crash(12.7, "robot1", 0.7, disk_lost=disk_lost),
+        Post(22.2, _CARRY, anew=True),
+    )
+
 
 # Robot1 does T1 while its disk is full, and its process ends before anybody hears of it.
 _FULL_DISK = (
@@ -421,7 +427,8 @@ _WORK = (
     _few_asked(_schedule("too slow once", *_TOO_SLOW, seed=2), _STRONG, RobotKit()),
     _schedule("a late pick", *_LATE_PICK, task=_PICK),
     _schedule("a dropped pick", *_DROPPED_PICK, task=_PICK, seed=3),
-    _schedule("a later load", *_LATER_LOAD, task=_CARRY, keep_ended=0.5),
+    _schedule("a later load", *_later_load(disk_lost=False), task=_CARRY, keep_ended=0.5),
+    _schedule("an unknown load", *_later_load(disk_lost=True), task=_CARRY, keep_ended=0.5),
     _schedule("a full disk", *_FULL_DISK),
     _schedule("a frozen pause", *_FROZEN_PAUSE, task=_tour(9), seed=41),
 )

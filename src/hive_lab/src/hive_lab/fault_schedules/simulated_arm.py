@@ -117,7 +117,7 @@ class SimulatedArm:
 
     Attributes:
         loads: Follows the loads; without one, nobody does.
-        on_board: Task whose load the arm has taken; empty if there is none.
+        load: The step with which the arm took what is on board; None if nothing is.
     """
 
     def __init__(self, host: Host) -> None:
@@ -127,18 +127,18 @@ class SimulatedArm:
         self._done: dict[str, CommandResult] = {}
         self._tell: tuple[int, Callable[[CommandResult], None]] | None = None
         self.loads: LoadChecker | None = None
-        self.on_board = ""
+        self.load: TaskStep | None = None
 
     def knows(self, step: TaskStep) -> CommandResult | None:
         """Return how an action has ended that was begun before; None if it is to be done."""
         if step.action in self._done:
             return self._done[step.action]
-        if step.kind is StepKind.PICK and step.look and self.on_board == step.task_id:
+        if step.kind is not StepKind.PICK or not step.look or self.load is None:
+            return None
+        if step.handles_the_load_of(self.load):
             return _SUCCESS
-        if step.kind is StepKind.PICK and step.look and self.on_board:
-            what = f"the load of task {self.on_board} is on board"
-            return CommandResult(CommandState.OCCUPIED, what)
-        return None
+        what = f"the load of task {self.load.task_id} is on board"
+        return CommandResult(CommandState.OCCUPIED, what)
 
     def is_at(self, step: TaskStep) -> bool:
         """Return whether an action is under way."""
@@ -169,7 +169,7 @@ class SimulatedArm:
 
     def take_off(self) -> None:
         """Let a person take what is on board."""
-        self.on_board = ""
+        self.load = None
 
     def _end(self, what: tuple[int, TaskStep, bool]) -> None:
         run, step, works = what
@@ -184,15 +184,15 @@ class SimulatedArm:
 
     def _move(self, step: TaskStep) -> CommandResult:
         """Move the load."""
-        task = step.task_id
         if step.kind is StepKind.PICK:
             if self.loads is not None:
-                self.loads.pick(self._host.name, step, self.on_board)
-            self.on_board = task
+                on_board = "" if self.load is None else self.load.task_id
+                self.loads.pick(self._host.name, step, on_board)
+            self.load = step
             return _SUCCESS
-        if self.on_board != task:
+        if self.load is None or not step.handles_the_load_of(self.load):
             return _NOTHING
         if self.loads is not None:
             self.loads.put_down(self._host.name, step)
-        self.on_board = ""
+        self.load = None
         return _SUCCESS

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 _REMEMBERED = 1000
 """Orders that an arm remembers after their end; a robot asks again only for its last."""
 
+_SAME_STAMP = 1e-3
+"""Two tasks with one id whose stamps are further apart are two tasks [s]; see Pick.action."""
+
 STILL = 0.02  # how far the base may drift [m] and turn [rad] while the arm works
 
 
@@ -70,6 +73,7 @@ class Order:
     payload: float  # mass of the load [kg], at least 0
     action_id: str = ""  # the same whenever the same order is given again; empty if there is none
     look: bool = False  # look first what is on board
+    posted: float = 0.0  # when the task was posted [s]; 0 if unknown
 
     def __post_init__(self) -> None:
         """Refuse a negative or infinite load."""
@@ -84,6 +88,14 @@ class Load:
     task_id: str
     payload: float
     """[kg]"""
+    posted: float = 0.0
+    """When the task was posted [s]; 0 if unknown."""
+
+    def is_of(self, order: Order) -> bool:
+        """Return whether an order means this load, and not that of a later task of the same id."""
+        known = order.posted and self.posted
+        is_one = not known or abs(order.posted - self.posted) < _SAME_STAMP
+        return self.task_id == order.task_id and is_one
 
 
 @dataclass(frozen=True)
@@ -204,17 +216,17 @@ class Arm:
         if order.action_id in self._done:
             return self._done[order.action_id]
         if order.act is Act.PICK and order.look and self.load:
-            if self.load.task_id == order.task_id:
+            if self.load.is_of(order):
                 return Result(PickOutcome.SUCCESS, "on board already")
-            what = f"the load of task '{self.load.task_id}' is still on board"
+            what = f"{_words(self.load, order)} is still on board"
             return Result(PickOutcome.HOLDS_ANOTHER, what)
         return None
 
     def _refusal(self, order: Order, limit: float) -> Result | None:
         if order.act is Act.PLACE:
-            if self.load and self.load.task_id == order.task_id:
+            if self.load and self.load.is_of(order):
                 return None
-            on_board = f"the load of task '{self.load.task_id}'" if self.load else "nothing"
+            on_board = _words(self.load, order) if self.load else "nothing"
             return Result(
                 PickOutcome.NOTHING_THERE,
                 f"{on_board} is on board, not the load of task '{order.task_id}'",
@@ -255,7 +267,7 @@ class Arm:
             return
         where = f"at '{self._station.name}'" if self._station else "at a free place"
         picked = order.act is Act.PICK
-        self.load = Load(order.task_id, order.payload) if picked else None
+        self.load = Load(order.task_id, order.payload, order.posted) if picked else None
         if self._station:
             self._stock.change(self._station, -1 if picked else 1)
         self._end(PickOutcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
@@ -274,3 +286,9 @@ class Arm:
     def _end(self, outcome: PickOutcome, message: str) -> None:
         self._order = None
         self.result = Result(outcome, message)
+
+
+def _words(load: Load, order: Order) -> str:
+    """Return the words for a load that an order does not mean."""
+    which = "another task" if load.task_id == order.task_id else "task"
+    return f"the load of {which} '{load.task_id}'"

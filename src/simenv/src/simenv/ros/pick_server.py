@@ -52,7 +52,12 @@ class PickServer:
         order = goal.get_goal()
         try:
             wanted = Order(
-                Act(order.act), order.task_id, order.payload, order.action_id, order.look
+                Act(order.act),
+                order.task_id,
+                order.payload,
+                order.action_id,
+                order.look,
+                order.posted.to_sec(),
             )
             if self._arm.is_at(wanted):
                 self._take_over(goal)

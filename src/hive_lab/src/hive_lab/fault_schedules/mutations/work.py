@@ -18,7 +18,7 @@ from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
 from blackboard.domain.record import ANY_ASSIGNMENT, Broadcast, Load, OrderKind, TaskRecord
 from blackboard.domain.settings import BlackboardSettings
-from blackboard.domain.task import TaskState
+from blackboard.domain.task import TaskState, TaskStep
 from blackboard.robot import drive_guard
 from blackboard.robot.executor import Controller, State
 from blackboard.robot.lease_keeper import LeaseKeeper
@@ -289,6 +289,11 @@ def know_loads_by_the_ids_of_tasks_alone(patch):
     patch.setattr(Load, "is_of", lambda self, task: self.task_id == task.id)
 
 
+def let_arms_know_loads_by_the_ids_of_tasks_alone(patch):
+    by_id = lambda self, other: self.task_id == other.task_id  # noqa: E731  (one rule in one line)
+    patch.setattr(TaskStep, "handles_the_load_of", by_id)
+
+
 def begin_a_last_step_with_a_full_disk(patch):
     patch.setattr(Loads, "check_writable", lambda _: None)
 
@@ -351,7 +356,13 @@ MUTATIONS = (
     Mutation(let_the_arm_go_on_with_a_load_that_nobody_wants, "a late pick", bug="479 lost disks"),
     Mutation(let_the_arm_go_on_when_a_task_is_dropped, "a dropped pick", bug="5106"),
     Mutation(let_the_base_drive_on_when_a_task_is_dropped, "a restarted drive", bug="37535"),
-    Mutation(know_loads_by_the_ids_of_tasks_alone, "a later load", bug="5428"),
+    Mutation(
+        know_loads_by_the_ids_of_tasks_alone,
+        "a later load",
+        bug="5428",
+        given=let_arms_know_loads_by_the_ids_of_tasks_alone,
+    ),
+    Mutation(let_arms_know_loads_by_the_ids_of_tasks_alone, "an unknown load", bug="40853"),
     Mutation(begin_a_last_step_with_a_full_disk, "a full disk", bug="8100220"),
     Mutation(ignore_the_load_of_a_lost_robot, "a lost load"),
     Mutation(work_on_without_a_lease, (370, STORM)),
