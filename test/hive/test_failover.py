@@ -94,7 +94,8 @@ def test_defects_that_schedules_have_found_stay_fixed(seed):
 @pytest.mark.parametrize(
     ("seed", "scenario"),
     [
-        *((seed, "") for seed in (2173, 5106, 5428, 8400027, 8400404)),
+        *((seed, "") for seed in (2173, 5106, 5428, 40853, 43552, 53731)),
+        *((seed, "") for seed in (8400027, 8400404)),
         *((seed, "lost disks") for seed in (25, 47, 479)),
     ],
 )
