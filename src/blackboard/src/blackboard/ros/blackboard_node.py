@@ -15,7 +15,7 @@ from blackboard.domain.talker import VOTER_TOPICS
 from blackboard.ros import membership
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.startup import run_node
-from blackboard.ros.talker import RosTalker
+from blackboard.ros.transport import PARAMETER, make_talker
 from hive_common.ros import params
 
 
@@ -33,10 +33,10 @@ def main() -> None:
 
 def _run() -> None:
     kinds = (BlackboardSettings, RaftSettings, PathSettings, TrafficSettings)
-    params.refuse_unknown(kinds, ["journal"])
+    params.refuse_unknown(kinds, ["journal", PARAMETER])
     hive = rospy.get_namespace()
     journal = membership.open_journal(rospy.get_name())
-    talker = RosTalker(hive, VOTER_TOPICS)
+    talker = make_talker(hive, VOTER_TOPICS)
     member = talker.member(rospy.get_name())
     path_lengths = RosPathLengths(talker, hive, params.read(PathSettings))
     node = membership.join(member, hive, path_lengths, journal, bootstraps=True)

@@ -13,6 +13,7 @@ from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, ROBOT_STATUS
 from blackboard.process.link import Arrival
 from blackboard.ros.liveness import PERIOD, LivenessWatch
+from blackboard.ros.recap import Recap
 from blackboard.ros.rospy_patches.audience import Audience
 from blackboard.ros.rospy_patches.reading import unread
 
@@ -40,7 +41,7 @@ class RosLink:
     def __init__(self, hive: str, advertises: Iterable[str], robots: Collection[str]) -> None:
         self.name = str(rospy.get_name())
         self._hive = hive
-        self._recap = _Recap(robots)
+        self._recap = Recap(robots)
         self._backups: rospy.Subscriber | None = None
         self._watches: dict[str, LivenessWatch] = {}
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
@@ -111,41 +112,13 @@ class RosLink:
             wire.message,
             recap,
             latch=wire.latched,
-            headers=recap and recap.headers,
+            headers=recap and recap.headers(),
             queue_size=_QUEUE_SIZE,
         )
         if recap is not None:
-            recap.lock = publisher.impl.publock
+            recap.attach(publisher)
         return publisher
 
 
 def _sender(msg: Any) -> str:  # noqa: ANN401  (see `unread`)
     return str(msg._connection_header.get("callerid", ""))  # noqa: SLF001  (rospy has no other way)
-
-
-class _Recap(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed
-    """Gives a new subscriber the last status of each robot of this process.
-
-    A latched topic gives the last message only.
-    """
-
-    def __init__(self, robots: Collection[str]) -> None:
-        self.headers = {"robots": " ".join(robots)}
-        self.lock: threading.Lock | None = None  # rospy's own, which it does not take here
-        self._robots = robots
-        self._last: dict[str, RobotStatus] = {}
-
-    def note(self, status: RobotStatus) -> None:
-        """Note what is published."""
-        if status.robot_id in self._robots:
-            self._last[status.robot_id] = status
-
-    def peer_subscribe(
-        self, _name: str, _publish: Callable[[object], None], tell: Callable[[object], None]
-    ) -> None:
-        """Tell a new subscriber; rospy calls this."""
-        if self.lock is None:
-            return
-        with self.lock:
-            for status in tuple(self._last.values()):
-                tell(WIRES[ROBOT_STATUS].to_msg(status, rospy.get_time()))

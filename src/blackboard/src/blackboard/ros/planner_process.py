@@ -15,6 +15,7 @@ import os
 import subprocess
 import sys
 import weakref
+from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,9 @@ _PROGRAM = ("hive_navigation", "traffic_planner")
 
 _MOST_WORDS = 65536
 """So many bytes of what a planner says of its progress are read at once."""
+
+_OWN = 10
+"""Messages of one's own that may still be on their way."""
 
 _USER_TIME = 11
 """Place of the user time among the words behind the name in /proc/*/stat; system time follows."""
@@ -122,13 +126,18 @@ class _LastWord:
     def __init__(self, hive: str, closed: Sequence[str], now: Callable[[], float]) -> None:
         self.closed = closed
         self._epoch, self._at, self._now = 0, -math.inf, now
+        self._own: deque[rospy.Time] = deque(maxlen=_OWN)
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
     def _hear(self, msg: TrafficState) -> None:
-        if msg._connection_header["callerid"] == rospy.get_name():  # noqa: SLF001  (rospy has no other way)
-            return  # that was this member, for its planner
+        if msg.header.stamp in self._own:
+            return
         if msg.epoch >= self._epoch:
             self._epoch, self._at, self.closed = msg.epoch, self._now(), tuple(msg.closed)
+
+    def note_own(self, stamp: rospy.Time) -> None:
+        """Ignore a message of this member's, which it sends while no planner plans."""
+        self._own.append(stamp)
 
     def at(self, epoch: int) -> float:
         """Return when a planner of an epoch was heard last [s]; -inf if it was not."""
@@ -160,6 +169,7 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
 
     def tell(epoch: int, why: str) -> None:
         header = Header(stamp=rospy.Time.now(), frame_id="map")
+        last.note_own(header.stamp)
         publisher.publish(
             TrafficState(
                 header=header, epoch=epoch, zones=names, closed=list(last.closed), status=why

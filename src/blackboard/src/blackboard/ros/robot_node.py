@@ -29,7 +29,7 @@ from blackboard.ros.learned_parameter import LearnedParameter
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.senses import Senses, wait_for_pose
 from blackboard.ros.startup import run_node
-from blackboard.ros.talker import RosTalker
+from blackboard.ros.transport import PARAMETER, make_talker
 from hive_common.map_id import MapId
 from hive_common.ros import params
 from hive_common.ros.names import own_names
@@ -78,7 +78,7 @@ def main() -> None:
 def _run() -> None:
     names = own_names()
     stands_by = read_stands_by(names)
-    talker = RosTalker(names.hive, topics_of(stands_by=stands_by), [names.robot])
+    talker = make_talker(names.hive, topics_of(stands_by=stands_by), [names.robot])
     lengths = lambda settings: RosPathLengths(talker, names.hive, settings)  # noqa: E731  (one argument)
     start_robot(talker, names, lengths, GuardProcess())
     talker.spin()
@@ -148,7 +148,7 @@ def read_robot_settings(names: RobotNames) -> tuple[RobotSettings, ControllerSet
     """
     name = names.of(_NODE)
     kinds = (RobotSettings, ControllerSettings, PathSettings)
-    params.refuse_unknown(kinds, ["charge", "journal", "stands_by"], node=name)
+    params.refuse_unknown(kinds, ["charge", "journal", "stands_by", PARAMETER], node=name)
     return _shared(RobotSettings, names), params.read(ControllerSettings, name)
 
 

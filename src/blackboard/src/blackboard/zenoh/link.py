@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import io
+import json
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from blackboard.domain.talker import (
     ROBOT_STATUS,
     TASK_ASSIGN,
 )
+from blackboard.errors import SettingsError
 from blackboard.process.link import Arrival
 from blackboard.zenoh.access import ALIVE, LISTENS, key_of
 from blackboard.zenoh.authenticity import Authenticity
@@ -28,7 +30,9 @@ from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable
+    from collections.abc import Callable, Collection, Iterable, Mapping
+
+    import genpy
 
     from blackboard.process.link import Inbox
 
@@ -40,6 +44,23 @@ _REPEATED = frozenset({topic for topic, wire in WIRES.items() if wire.latched} |
 
 MAX_SIZE = 8_000_000
 """Size of a message [B]; a list of 10,000 tasks takes about 5 MB."""
+
+
+def open_session(config: Mapping[str, Any]) -> zenoh.Session:
+    """Open a session as `session.session_config` says.
+
+    Raises:
+        SettingsError: Zenoh cannot, for example because a port is taken; the text says why.
+    """
+    zenoh.init_log_from_env_or("error")
+    try:
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+    except zenoh.ZError as error:
+        ends = ", ".join(config["listen"]["endpoints"]) or "nowhere"
+        raise SettingsError(
+            f"Zenoh cannot start (it is to listen at: {ends}): {error}; give each process of a "
+            "machine a port of its own, and an address of this machine"
+        ) from None
 
 
 class ZenohLink:
@@ -95,11 +116,21 @@ class ZenohLink:
     def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
         """Send a value to all who listen; Zenoh knows who does."""
         del to  # everyone may hear it
-        publisher = self._publishers[topic]
+        self._publish(topic, topic, value)
+
+    def publish_to_robot(self, robot: str, topic: str, value: object) -> None:
+        """Send a value on a topic in the namespace of a robot."""
+        name = f"{robot}/{topic}"
+        if name not in self._publishers:
+            self._publishers[name] = self._advertise(name)
+        self._publish(topic, name, value)
+
+    def _publish(self, topic: str, name: str, value: object) -> None:
+        publisher = self._publishers[name]
         heard = publisher.matching_status.matching  # type: ignore[attr-defined]  # no bool, as it says
         if not (topic in _REPEATED or heard):
             return
-        payload = _serialized(WIRES[topic].to_msg(value, self._date()))
+        payload = serialized(WIRES[topic].to_msg(value, self._date()))
         # A leader also tells the status of robots that it no longer hears; they may be back.
         is_of_another = isinstance(value, RobotStatus) and value.robot_id != self.name
         if topic in _REPEATED and not is_of_another:
@@ -123,7 +154,7 @@ class ZenohLink:
     def _hear(self, topic: str, name: str, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
             sender = str(sample.key_expr).rpartition("/")[2]
-            read = partial(_read, topic, sample.payload)
+            read = partial(deserialized, WIRES[topic].message, sample.payload)
             self._inbox.receive(Arrival(topic, name, sender, read))
 
     def why_refused(self, value: object, sender: str) -> str:
@@ -182,14 +213,21 @@ class ZenohLink:
         }
 
 
-def _serialized(msg: Any) -> bytes:  # noqa: ANN401  (a topic's)
+def serialized(msg: genpy.Message) -> bytes:
+    """Return a message as bytes, as ROS sends it."""
     written = io.BytesIO()
     msg.serialize(written)
     return written.getvalue()
 
 
-def _read(topic: str, payload: zenoh.ZBytes) -> Any:  # noqa: ANN401  (the topic's)
+def deserialized(kind: type[genpy.Message], payload: zenoh.ZBytes) -> genpy.Message:
+    """Return a message of a type.
+
+    Raises:
+        ValueError: It is too long.
+        genpy.DeserializationError: It is no such message.
+    """
     size = len(payload)
     if size > MAX_SIZE:
         raise ValueError(f"a message of {size} bytes; allowed: at most {MAX_SIZE}")
-    return WIRES[topic].message().deserialize(payload.to_bytes())
+    return kind().deserialize(payload.to_bytes())

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 AUTHORITY, CERTIFICATE, KEY, ACCESS = "authority.crt", "own.crt", "own.key", "access.json"
+OWN = "own.json"
 """The files of an identity, in a folder of its own."""
 
 _RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2.0}
@@ -77,6 +78,35 @@ def session_config(
         config["transport"] = {"link": {"tls": _encryption(folder)}}
         config["access_control"] = _access(folder / ACCESS)
     return config
+
+
+@dataclass(frozen=True)
+class Own:
+    """Who a process is.
+
+    Attributes:
+        hive: The hive's name in keys.
+        name: The last part of the keys on which it speaks.
+    """
+
+    hive: str
+    name: str
+
+
+def read_own(folder: Path) -> Own:
+    """Return whose certificate is in a folder; what others believe is the certificate alone.
+
+    Raises:
+        SettingsError: It does not say.
+    """
+    try:
+        content = json.loads((folder / OWN).read_text(encoding="utf-8"))
+        return Own(content["hive"], content["name"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise SettingsError(
+            f"{folder / OWN} cannot be used ({error}); copy the whole folder that `hive certs "
+            "add` has made"
+        ) from None
 
 
 def _encryption(folder: Path) -> dict[str, Any]:

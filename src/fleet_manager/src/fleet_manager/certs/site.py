@@ -21,7 +21,7 @@ import shutil
 from typing import TYPE_CHECKING
 
 from blackboard.zenoh.access import Identity, access_control
-from blackboard.zenoh.session import ACCESS, AUTHORITY, CERTIFICATE, KEY
+from blackboard.zenoh.session import ACCESS, AUTHORITY, CERTIFICATE, KEY, OWN
 from fleet_manager.certs.issuing import (
     issue,
     new_authority,
@@ -202,6 +202,7 @@ class Site:
         _write(new / KEY, made.key, _PRIVATE)
         _write(new / CERTIFICATE, made.certificate, _PUBLIC)
         _write(new / AUTHORITY, (self.folder / AUTHORITY).read_bytes(), _PUBLIC)
+        _write(new / OWN, json.dumps({"hive": self.name, "name": name}).encode(), _PUBLIC)
         if folder.exists():
             folder.rename(old)
         new.rename(folder)

@@ -21,7 +21,7 @@ from blackboard.ros.guard_process import GuardProcess
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
 from blackboard.ros.startup import run_node
-from blackboard.ros.talker import RosTalker
+from blackboard.ros.transport import make_talker
 from fleet_manager.config.fleet_file import LOCALIZATIONS, NAVIGATIONS
 from hive_common.errors import HiveError
 from hive_common.pose import Pose  # noqa: TC001  (structure reads it)
@@ -99,7 +99,7 @@ def _run() -> None:
 
 def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:
     """Start the members of the robots, and run them until the node is shut down."""
-    talker = RosTalker(
+    talker = make_talker(
         hive,
         topics_of(stands_by=any(map(read_stands_by, robots))),
         [names.robot for names in robots],

@@ -16,7 +16,7 @@ import tf2_ros
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.robot_node import read_stands_by, topics_of
 from blackboard.ros.startup import run_node
-from blackboard.ros.talker import RosTalker
+from blackboard.ros.transport import make_talker
 from hive_common.errors import HiveError
 from hive_common.ros.loopback import hear_own_topics
 from hive_common.ros.names import RobotNames
@@ -151,7 +151,7 @@ def _join_hive(
 ) -> None:
     """Let each AGV join once it has told where it is, and run until the node is shut down."""
     stands_by = any(map(read_stands_by, robots))
-    talker = RosTalker(hive, topics_of(stands_by=stands_by), [each.robot for each in robots])
+    talker = make_talker(hive, topics_of(stands_by=stands_by), [each.robot for each in robots])
 
     @functools.cache
     def lengths(settings: PathSettings) -> RosPathLengths:

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Carries topics that are not the core's between a machine's ROS master and Zenoh.
+
+Each robot has a ROS master of its own. Its `move_base` announces where it drives on `traffic`, and
+the traffic planner, on the machine of the leader, answers on `routes`. A relay in the process of
+each member takes what its machine says out, and brings in what others say.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import genpy
+import rospy
+import zenoh
+from zenoh.handlers import Callback
+
+from blackboard.zenoh.access import key_of
+from blackboard.zenoh.link import deserialized, serialized
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.zenoh.session import Own
+
+RELAYED = "relayed"
+"""In the header of connections of a relay's publishers, so that no relay takes their messages."""
+
+_SEQ_SIZE = 4
+"""A message with a header begins with its number [B], which rospy sets."""
+
+_REMEMBERED = 200
+_QUEUE_SIZE = 100
+
+
+class Relay:
+    """Carries topics in or out, message by message.
+
+    Args:
+        session: Open; the caller closes it.
+        own: The hive, and as whom this process speaks.
+        namespace: Of the hive on this machine, ending in a slash.
+        refuse: Notes a topic, and why a message on it was refused.
+
+    ROS Publishers and Subscribers: the topics, as they are asked for.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        own: Own,
+        namespace: str,
+        refuse: Callable[[str, str], None],
+    ) -> None:
+        self._session = session
+        self._own = own
+        self._namespace = namespace
+        self._refuse = refuse
+        self._brought: deque[bytes] = deque(maxlen=_REMEMBERED)
+        self._kept: list[Any] = []
+
+    def bring_in(self, topic: str, kind: type[genpy.Message]) -> None:
+        """Publish on ROS what others say on a topic, as messages of a type."""
+        publisher = rospy.Publisher(
+            self._namespace + topic, kind, queue_size=_QUEUE_SIZE, headers={RELAYED: "1"}
+        )
+        tell = partial(self._bring_in, topic, kind, publisher)
+        key = key_of(self._own.hive, topic, "*")
+        self._kept.append(
+            self._session.declare_subscriber(
+                key, Callback(tell, indirect=False), allowed_origin=zenoh.Locality.REMOTE
+            )
+        )
+
+    def _bring_in(
+        self,
+        topic: str,
+        kind: type[genpy.Message],
+        publisher: rospy.Publisher,
+        sample: zenoh.Sample,
+    ) -> None:
+        if sample.kind != zenoh.SampleKind.PUT or rospy.is_shutdown():
+            return
+        try:
+            msg = deserialized(kind, sample.payload)
+        except (ValueError, genpy.DeserializationError) as error:
+            self._refuse(topic, str(error))
+            return
+        self._brought.append(serialized(msg)[_SEQ_SIZE:])
+        publisher.publish(msg)
+
+    def take_out(self, topic: str) -> None:
+        """Say to others what this machine says on a topic."""
+        publisher = self._session.declare_publisher(
+            key_of(self._own.hive, topic, self._own.name),
+            congestion_control=zenoh.CongestionControl.DROP,
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+        self._kept.append(publisher)
+        hear = partial(self._take_out, publisher)
+        rospy.Subscriber(
+            self._namespace + topic, rospy.AnyMsg, hear, queue_size=_QUEUE_SIZE, tcp_nodelay=True
+        )
+
+    def _take_out(self, publisher: zenoh.Publisher, msg: rospy.AnyMsg) -> None:
+        header = msg._connection_header  # noqa: SLF001  (rospy has no other way)
+        payload = msg._buff  # noqa: SLF001  (AnyMsg's only field)
+        # This process may have a publisher of its own on the topic, which rospy does not tell
+        # from the relay's.
+        is_own = header["callerid"] == rospy.get_name()
+        if RELAYED in header and not (is_own and payload[_SEQ_SIZE:] not in self._brought):
+            return
+        publisher.put(payload)

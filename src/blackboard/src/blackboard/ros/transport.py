@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which transport carries a node's messages: ROS, or Zenoh where the parameter `zenoh` is set."""
+
+from __future__ import annotations
+
+import atexit
+from typing import TYPE_CHECKING, NamedTuple
+
+import rospy
+
+from blackboard.domain.talker import VOTER_TOPICS
+from blackboard.errors import SettingsError
+from blackboard.process.talker import ProcessTalker
+from blackboard.ros.talker import RosRuntime, RosTalker
+from blackboard.ros.traffic_kinds import traffic_kinds
+from blackboard.zenoh.session import Mode, session_config
+from blackboard.zenoh.settings import ZenohSettings
+from hive_common.ros.params import structured
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+    import zenoh
+
+    from blackboard.ros.relay import Relay
+    from blackboard.zenoh.link import ZenohLink
+    from blackboard.zenoh.session import Own
+
+PARAMETER = "zenoh"
+"""Below the node, or below a namespace above it, as ROS looks for parameters."""
+
+
+def make_talker(
+    hive: str, advertises: Iterable[str], robots: Collection[str] = ()
+) -> ProcessTalker:
+    """Return the talker of this process. Call it after `rospy.init_node`.
+
+    Args:
+        hive: Namespace of the hive, ending in a slash.
+        advertises: The topics that may be published on.
+        robots: The robots of this process.
+
+    Raises:
+        ParameterError: A value of the parameter `zenoh` is not allowed.
+        SettingsError: Zenoh cannot start; or the process has several robots, which over Zenoh
+            speak each for itself.
+
+    ROS Parameters: `zenoh`, see `blackboard.zenoh.settings`; where it is not set, ROS is used.
+    """
+    settings = zenoh_settings()
+    if settings is None:
+        return RosTalker(hive, advertises, robots)
+    if len(robots) > 1:
+        named = ", ".join(robots)
+        raise SettingsError(
+            f"this process has several robots ({named}), and the parameter {PARAMETER} is set; "
+            "over Zenoh each robot needs a process of its own: `processes: each` in the fleet file"
+        )
+    topics = tuple(advertises)
+    name = next(iter(robots), rospy.get_name().removeprefix(hive))
+    joined = join_network(settings, hive, name, topics)
+    # Who may lead may speak for the traffic planner, which runs beside the leader.
+    leads = set(VOTER_TOPICS) <= set(topics)
+    said = [*(("traffic",) if robots else ()), *(("routes", "traffic_state") if leads else ())]
+    talker = joined.talker(hive)
+    relay = joined.relay(hive, talker)
+    for topic, kind in traffic_kinds().items():
+        relay.bring_in(topic, kind)
+        if topic in said:
+            relay.take_out(topic)
+    return talker
+
+
+def zenoh_settings() -> ZenohSettings | None:
+    """Return what the parameter `zenoh` says; None where it is not set.
+
+    Raises:
+        ParameterError: A value is not allowed.
+    """
+    found = rospy.search_param(PARAMETER)
+    return None if found is None else structured(found, ZenohSettings, {})
+
+
+class Joined(NamedTuple):
+    """How a process takes part in a hive over Zenoh."""
+
+    session: zenoh.Session
+    own: Own  # the hive, and as whom it speaks
+    link: ZenohLink
+
+    def talker(self, hive: str) -> ProcessTalker:
+        """Return the talker of this process; `hive` is the hive's namespace."""
+        talker = ProcessTalker(hive, self.link, RosRuntime())
+        # Wakes `spin`, so that it sees the shutdown.
+        rospy.on_shutdown(lambda: talker.call(lambda: None))
+        return talker
+
+    def relay(self, hive: str, talker: ProcessTalker) -> Relay:
+        """Return what carries topics that are not the core's; see `talker`."""
+        from blackboard.ros.relay import Relay  # noqa: PLC0415  (see `join_network`)
+
+        return Relay(self.session, self.own, hive, talker.refuse)
+
+
+def join_network(
+    settings: ZenohSettings, hive: str, name: str, advertises: Iterable[str]
+) -> Joined:
+    """Open a session, which ends with this process.
+
+    Args:
+        settings: How it takes part.
+        hive: Namespace of the hive, ending in a slash.
+        name: Who this process has to be; empty if anyone.
+        advertises: The topics that may be published on.
+
+    Raises:
+        SettingsError: An endpoint or the certificate is not allowed, or Zenoh cannot start.
+    """
+    # On demand: a hive on ROS does not need the engine, which takes 10 MB.
+    from blackboard.zenoh.link import ZenohLink, open_session  # noqa: PLC0415
+
+    own = settings.own(name)
+    config = session_config(settings.endpoints, settings.folder, Mode(settings.mode))
+    session = open_session(config)
+    atexit.register(session.close)
+    link = ZenohLink(
+        session,
+        own.hive,
+        own.name,
+        advertises,
+        namespace=hive,
+        address=settings.address,
+        date=rospy.get_time,
+    )
+    return Joined(session, own, link)

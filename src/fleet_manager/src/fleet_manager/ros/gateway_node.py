@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The gateway: shows a hive that speaks over Zenoh on this machine's ROS master.
+
+Windows, `hive`, RViz, `rosbag` and programs of others see the hive's topics as if it ran here.
+What they post, cancel and command reaches the hive under the gateway's certificate.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import rosgraph.names
+import rospy
+
+from blackboard.codec.tables import WIRES
+from blackboard.domain import talker as topics
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.errors import SettingsError
+from blackboard.ros.recap import Recap
+from blackboard.ros.startup import run_node
+from blackboard.ros.traffic_kinds import traffic_kinds
+from blackboard.ros.transport import PARAMETER, join_network, zenoh_settings
+from fleet_manager.client.client import TRAFFIC_STATE
+from fleet_manager.ros.hive_topics import QUEUE_SIZE
+from fleet_manager.ros.traffic_messages import ZONE_COMMAND
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.process.talker import ProcessTalker
+    from blackboard.zenoh.link import ZenohLink
+
+ASKED = (topics.NEW_TASK, topics.TASK_CANCEL)
+"""What operators say to the hive."""
+
+SHOWN = tuple(
+    topics.Topic[Any](topic) for topic in WIRES if topic not in {*ASKED, topics.SET_STATE}
+)
+"""What the hive says."""
+
+
+class Gateway:
+    """Publishes on ROS what the hive says, and tells the hive what is published for it on ROS.
+
+    Args:
+        talker: Of this process.
+        link: Of the talker.
+        hive: Namespace of the hive on this machine, ending in a slash.
+
+    ROS Subscribers: `new_task`, `task_cancel`, and of every robot ROBOT/set_state.
+    ROS Publishers: all other topics of the hive, with the types in `codec.tables.WIRES`.
+    """
+
+    def __init__(self, talker: ProcessTalker, link: ZenohLink, hive: str) -> None:
+        self._talker = talker
+        self._link = link
+        self._hive = hive
+        self._robots: set[str] = set()
+        self._recap = Recap()
+        self._shown: dict[str, rospy.Publisher] = {
+            topic: self._advertise(topic) for topic in SHOWN
+        }
+
+    def start(self) -> None:
+        """Begin to listen on both sides."""
+        member = self._talker.member(rospy.get_name())
+        for topic in SHOWN:
+            member.subscribe(topic, partial(self._show, topic))
+        for topic in ASKED:
+            self._pass_on(topic, topic, partial(member.publish, topic))
+
+    def _advertise(self, topic: str) -> rospy.Publisher:
+        wire = WIRES[topic]
+        recap = self._recap if topic == topics.ROBOT_STATUS else None
+        publisher = rospy.Publisher(
+            self._hive + topic, wire.message, recap, latch=wire.latched, queue_size=QUEUE_SIZE
+        )
+        if recap is not None:
+            recap.attach(publisher)
+        return publisher
+
+    def _show(self, topic: str, value: object) -> None:
+        if isinstance(value, RobotStatus):
+            self._meet(value)
+            self._recap.note(value)
+        self._shown[topic].publish(WIRES[topic].to_msg(value, rospy.get_time()))
+
+    def _meet(self, status: RobotStatus) -> None:
+        """Pass on from now on what a robot is told.
+
+        One that the leader alone tells of may not exist, and ROS allows fewer names.
+        """
+        robot = status.robot_id
+        is_new = robot not in self._robots and status.state is not RobotState.OFFLINE
+        if not (is_new and rosgraph.names.is_legal_base_name(robot)):
+            return
+        self._robots.add(robot)
+        self._recap.meet(robot)
+        tell = partial(self._link.publish_to_robot, robot, topics.SET_STATE)
+        self._pass_on(f"{robot}/{topics.SET_STATE}", topics.SET_STATE, tell)
+
+    def _pass_on(self, name: str, topic: str, tell: Callable[[Any], None]) -> None:
+        """Tell the hive what is published on ROS under a name below the hive."""
+        wire = WIRES[topic]
+
+        def take(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
+            try:
+                value = wire.from_msg(msg)
+            except ValueError as error:
+                self._talker.refuse(topic, str(error))
+            else:
+                tell(value)
+
+        rospy.Subscriber(
+            self._hive + name,
+            wire.message,
+            self._talker.take(topic, take),
+            queue_size=QUEUE_SIZE,
+            tcp_nodelay=True,
+        )
+
+
+def main() -> None:
+    """Run the gateway until the node is shut down.
+
+    ROS Parameters: `zenoh`, see `blackboard.zenoh.settings`; its certificate is an operator's, or
+        a viewer's, whose tasks and commands the hive does not take.
+    """
+    run_node("hive_gateway", _run)
+
+
+def _run() -> None:
+    settings = zenoh_settings()
+    if settings is None:
+        raise SettingsError(
+            f"the parameter {PARAMETER} is missing; give it at least one endpoint of the hive, "
+            'for example _zenoh:="{connect: [tls/192.168.1.12:7447], certificates: DIR}"'
+        )
+    hive = rospy.get_namespace()
+    joined = join_network(settings, hive, "", ASKED)
+    talker = joined.talker(hive)
+    relay = joined.relay(hive, talker)
+    relay.bring_in(TRAFFIC_STATE, traffic_kinds()[TRAFFIC_STATE])
+    relay.take_out(ZONE_COMMAND)
+    Gateway(talker, joined.link, hive).start()
+    talker.spin()

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A hive whose members are on hosts of their own, each with a ROS master that only it reaches.
+
+What the members say crosses the network over Zenoh, with certificates.
+"""
+
+import json
+import os
+import subprocess
+import sys
+
+from live_network import OFFICE
+
+from blackboard.zenoh.access import Role
+from fleet_manager.certs.site import Site
+from hive_common.resources import node_file
+from hive_lab.live.live_hive import LiveHive
+
+MASTER = "http://127.0.0.1:11311"
+PORT = 7447
+ALONE = {"ROS_MASTER_URI": MASTER, "ROS_IP": "127.0.0.1"}
+"""A process that only its own host reaches, by ROS."""
+
+GATEWAY = "/hive_gateway"
+
+_PREPARE = """
+import json, sys, time, rosgraph
+while not rosgraph.is_master_online():
+    time.sleep(0.05)
+for name, value in json.load(sys.stdin).items():
+    rosgraph.Master("/prepare").setParam(name, value)
+"""
+
+
+class LiveSite(LiveHive):
+    """The processes of the hive: a master, a member, and for a robot a fake base on each host.
+
+    The program that makes it is the operator's: it needs a master of its own, on the office's
+    loopback.
+
+    Args:
+        folder: For certificates, journals and logs.
+        network: With a host for each member, by the name of its robot; `blackboard` for the node
+            that has none.
+        drive: Duration of each drive [s].
+        further: As those of `LiveHive`.
+    """
+
+    def __init__(self, folder, network, drive, **further):
+        self._network = network
+        self._drive = drive
+        self._more = {}
+        self._site = Site.new(folder / "site")
+        super().__init__(folder, **further)
+        self._site.add("blackboard", Role.BLACKBOARD)
+        for robot in self.robots:
+            self._site.add(robot, Role.ROBOT)
+        self._site.add("laptop", Role.OPERATOR)
+
+    @property
+    def hosts(self):
+        """Names of all hosts but the office."""
+        return tuple(self.robot_of(node) or "blackboard" for node in self.members)
+
+    def host_of(self, node):
+        """Return the host of a member."""
+        return self.robot_of(node) or "blackboard"
+
+    def node_on(self, host):
+        """Return the member on a host."""
+        return self.blackboard if host == "blackboard" else self.node_of(host)
+
+    def set_parameters(self):
+        """Set nothing here: each host's master gets its parameters when it is started."""
+
+    def parameters_of(self, host):
+        """Return the parameters on a host's master."""
+        place = self.hosts.index(host)
+        # Of two members, the later one connects to the other.
+        own = {
+            "listen": [self._endpoint(host)],
+            "connect": [self._endpoint(each) for each in self.hosts[:place]],
+            "certificates": str(self._site.folder_of(host)),
+        }
+        return {**self._parameters, "/zenoh": own}
+
+    def operator_parameters(self):
+        """Return the parameter `zenoh` of the operator's gateway."""
+        return {
+            "connect": [self._endpoint(host) for host in self.hosts],
+            "certificates": str(self._site.folder_of("laptop")),
+        }
+
+    def start_all(self):
+        """Start every host, and the operator's gateway."""
+        for node in self.members:
+            self.start_host(self.host_of(node))
+        gateway = (sys.executable, str(node_file("fleet_manager", "hive_gateway")))
+        self.start(GATEWAY, program=gateway)
+
+    def start_host(self, host):
+        """Start a host's master, its base and its member."""
+        prefix = self._network.prefix(host)
+        environment = {**os.environ, **ALONE}
+        self._run(f"{host} master", [*prefix, "rosmaster", "--core", "-p", "11311"], environment)
+        subprocess.run(
+            [*prefix, sys.executable, "-c", _PREPARE],
+            input=json.dumps(self.parameters_of(host)),
+            text=True,
+            check=True,
+            env=environment,
+            timeout=60,
+        )
+        if host != "blackboard":
+            base = [sys.executable, "-m", "hive_lab.live.fake_base", f"/{host}"]
+            words = [f"{self._drive}", f"{self.robots.index(host)}"]
+            self._run(f"{host} base", [*prefix, *base, *words], environment)
+        self.start(self.node_on(host), prefix=prefix, environment=ALONE)
+
+    def kill_host(self, host):
+        """Kill all that runs on a host."""
+        for name in (f"{host} base", f"{host} master"):
+            if name in self._more:
+                self._more[name].kill()
+                self._more[name].wait()
+        self.kill(self.node_on(host))
+
+    def listening_on(self, host):
+        """Return the addresses at which processes of a host listen, as `ADDRESS:PORT`."""
+        words = [*self._network.prefix(host), "ss", "--no-header", "-l", "-n", "-t", "-u"]
+        lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+        return {line.split()[4] for line in lines.splitlines()}
+
+    def address_of(self, host):
+        """Return where a host's member is reached."""
+        return f"{self._network.address(host)}:{PORT}"
+
+    def end(self):
+        """Kill everything."""
+        super().end()
+        for each in self._more.values():
+            each.kill()
+            each.wait()
+
+    def _endpoint(self, host):
+        return f"tls/{self.address_of(host)}"
+
+    def _run(self, name, command, environment):
+        log = (self._folder / f"{name.replace(' ', '-')}.log").open("ab")
+        with log:
+            self._more[name] = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment
+            )
+
+
+def is_local(address):
+    """Return whether only a host itself reaches an address."""
+    return address.startswith(("127.", "[::1]")) or OFFICE in address
