@@ -29,6 +29,10 @@ EXCEPTIONS = {
         "blackboard.auction.search.worker": "the program of a process of its own, because the "
         "compiler's runtime takes 70 MB",
     },
+    "blackboard.ros.transport": dict.fromkeys(
+        ("blackboard.ros.relay", "blackboard.zenoh.link"),
+        "Zenoh's engine, 10 MB in each process: only where the hive speaks over it",
+    ),
     "fleet_manager.cli.main": {
         "fleet_manager.cli.": "a command's module, by its word and only beside it: loading all "
         "takes longer than most commands do",

@@ -81,6 +81,11 @@ class LiveNetwork:
         others = [a for name, a in self._addresses.items() if name != host]
         self._filter(host, f"iifname eth0 ip saddr {{ {', '.join(others)} }} drop")
 
+    def lose_office(self) -> None:
+        """Make all hosts deaf for the office alone."""
+        for name in self._hosts:
+            self._filter(name, f"iifname eth0 ip saddr {OFFICE} drop")
+
     def lose(self, percent: int) -> None:
         """Lose a share of the packets that reach each host."""
         for name in self._hosts:

@@ -4,6 +4,7 @@
 What the members say crosses the network over Zenoh, with certificates.
 """
 
+import contextlib
 import json
 import os
 import subprocess
@@ -30,6 +31,23 @@ while not rosgraph.is_master_online():
 for name, value in json.load(sys.stdin).items():
     rosgraph.Master("/prepare").setParam(name, value)
 """
+
+_TRAFFIC = """
+import sys, rospy
+from robot_description.msg import Traffic
+rospy.init_node("traffic")
+ear = rospy.Subscriber("/traffic", Traffic, lambda msg: print(msg.name, flush=True))
+mouth = rospy.Publisher("/traffic", Traffic, queue_size=10)
+while min(ear.get_num_connections(), mouth.get_num_connections()) < 2:
+    rospy.rostime.wallsleep(0.05)
+print("ready", flush=True)
+for line in sys.stdin:
+    msg = Traffic(name=line.strip())
+    msg.header.stamp = rospy.Time.now()
+    mouth.publish(msg)
+"""
+"""Prints the names that are announced on `traffic`, and announces those that it reads. It waits
+until it and the member hear each other."""
 
 
 class LiveSite(LiveHive):
@@ -116,6 +134,20 @@ class LiveSite(LiveHive):
             words = [f"{self._drive}", f"{self.robots.index(host)}"]
             self._run(f"{host} base", [*prefix, *base, *words], environment)
         self.start(self.node_on(host), prefix=prefix, environment=ALONE)
+
+    @contextlib.contextmanager
+    def traffic_on(self, host):
+        """Run a node on a host that hears and says names on `traffic`, a line for each."""
+        words = [*self._network.prefix(host), sys.executable, "-c", _TRAFFIC]
+        pipe = subprocess.PIPE
+        with subprocess.Popen(
+            words, stdin=pipe, stdout=pipe, text=True, env={**os.environ, **ALONE}
+        ) as node:
+            try:
+                assert node.stdout.readline() == "ready\n"
+                yield node
+            finally:
+                node.kill()
 
     def kill_host(self, host):
         """Kill all that runs on a host."""

@@ -4,11 +4,14 @@
 The operator is in the office: this program, the gateway, and a master of their own.
 """
 
+import contextlib
 import os
+import time
 
 import pytest
 import rospy
-from blackboard.msg import TaskState
+from blackboard.msg import RobotStatus, TaskState
+from launching import run_hive
 from live_network import LiveNetwork, NoNetworkError
 from live_site import ALONE, LiveSite, is_local
 
@@ -19,6 +22,8 @@ ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
 DRIVE = 0.5
 """Duration of each drive [s, wall clock]."""
+CUT = 14.0
+"""Longer than Zenoh keeps a silent connection [s]."""
 
 
 @pytest.fixture(scope="session")
@@ -87,6 +92,29 @@ def test_tasks_that_are_posted_at_the_gateway_are_done(operator):
     assert len(doers(operator, tasks)) > 1
 
 
+def test_the_operator_s_commands_reach_the_hive_through_the_gateway(operator):
+    listed = run_hive("robots")
+    out = run_hive("robot", "robot4", "out", "--yes")
+    operator.demand(lambda: operator.robots["robot4"].state == RobotStatus.DEFECT, "robot4 is out")
+    back = run_hive("robot", "robot4", "in")
+    operator.demand(lambda: operator.robots["robot4"].state == RobotStatus.IDLE, "robot4 is in")
+
+    assert [listed.returncode, out.returncode, back.returncode] == [0, 0, 0]
+    assert all(robot in listed.stdout for robot in ROBOTS)
+
+
+@pytest.mark.usefixtures("operator")
+def test_what_a_robot_announces_reaches_each_robot_once(site):
+    hosts = ("robot1", "robot2", "robot3")
+    with contextlib.ExitStack() as stack:
+        nodes = [stack.enter_context(site.traffic_on(host)) for host in hosts]
+        for word in ("first", "second", "third"):
+            print(word, file=nodes[0].stdin, flush=True)
+
+            # One that comes twice would be there in place of the next word.
+            assert [node.stdout.readline().strip() for node in nodes] == [word] * 3
+
+
 @pytest.mark.usefixtures("operator")
 def test_nothing_but_the_hive_s_port_is_reached_from_the_network(site):
     open_ports = {
@@ -94,3 +122,85 @@ def test_nothing_but_the_hive_s_port_is_reached_from_the_network(site):
     }
 
     assert open_ports == {host: {site.address_of(host)} for host in HOSTS}
+
+
+def test_another_host_takes_over_when_the_leader_s_host_is_killed(site, operator, record_property):
+    for number in range(2):
+        leader = operator.wait_until_whole()
+        host = site.host_of(leader)
+        tasks = post(operator, f"killed-{number}", 8)
+
+        since = time.monotonic()
+        site.kill_host(host)
+
+        record_property("takeover [s]", operator.wait_for_another(leader, since))
+        doers(operator, tasks)
+        operator.forget_answers()
+        site.start_host(host)
+
+
+def test_another_host_takes_over_while_the_leader_s_process_is_frozen(
+    site, operator, record_property
+):
+    leader = operator.wait_until_whole()
+    tasks = post(operator, "frozen", 8)
+
+    since = time.monotonic()
+    site.freeze(leader)
+    try:
+        record_property("takeover [s]", operator.wait_for_another(leader, since))
+    finally:
+        site.thaw(leader)
+
+    doers(operator, tasks)
+
+
+def test_a_robot_that_is_cut_off_loses_its_tasks_to_others_and_is_back_afterwards(
+    site, network, operator
+):
+    cut = next(robot for robot in ROBOTS if site.node_of(robot) != operator.last.active)
+    tasks = post(operator, "cut", 12)
+
+    network.unplug(cut)
+    doers(operator, tasks)
+    operator.demand(lambda: cut in operator.last.offline, f"{cut} is offline", CUT)
+    operator.pass_time(CUT)
+    operator.forget_answers()
+    network.heal()
+
+    operator.wait_until_whole()
+    operator.demand(lambda: cut not in operator.last.offline, f"{cut} is back")
+
+
+def test_what_an_operator_posts_while_it_is_cut_off_is_done_once(network, operator):
+    network.lose_office()
+    for word in ("early", "late"):
+        for x in range(3):
+            operator.post_once(make_task(f"{word}-{x}", (float(x), 1.0)))
+        operator.pass_time(CUT / 2)
+    network.heal()
+
+    tasks = [*post(operator, "early", 3), *post(operator, "late", 3)]
+    doers(operator, tasks)
+
+
+def test_nothing_is_lost_or_done_twice_where_a_fifth_of_all_packets_is_lost(network, operator):
+    network.lose(20)
+
+    doers(operator, post(operator, "lossy", 8))
+
+
+def test_the_larger_side_of_a_split_goes_on_and_both_are_one_hive_again_afterwards(
+    network, operator
+):
+    network.split(("blackboard", "robot1", "robot2"), ("robot3", "robot4"))
+    operator.demand(
+        lambda: {"robot3", "robot4"} <= set(operator.last.offline), "the smaller side is offline"
+    )
+    tasks = post(operator, "split", 4)
+    assert doers(operator, tasks) <= {"robot1", "robot2"}
+    operator.forget_answers()
+    network.heal()
+
+    operator.wait_until_whole()
+    doers(operator, post(operator, "healed", 4))

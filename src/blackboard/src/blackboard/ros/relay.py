@@ -109,7 +109,7 @@ class Relay:
         payload = msg._buff  # noqa: SLF001  (AnyMsg's only field)
         # This process may have a publisher of its own on the topic, which rospy does not tell
         # from the relay's.
-        is_own = header["callerid"] == rospy.get_name()
+        is_own = header.get("callerid") == rospy.get_name()
         if RELAYED in header and not (is_own and payload[_SEQ_SIZE:] not in self._brought):
             return
         publisher.put(payload)

@@ -63,6 +63,8 @@ def make_talker(
     leads = set(VOTER_TOPICS) <= set(topics)
     said = [*(("traffic",) if robots else ()), *(("routes", "traffic_state") if leads else ())]
     talker = joined.talker(hive)
+    if not settings.traffic:
+        return talker
     relay = joined.relay(hive, talker)
     for topic, kind in traffic_kinds().items():
         relay.bring_in(topic, kind)

@@ -32,8 +32,6 @@ from hive_common.machine_clock import machine_time
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
 
-    import genpy
-
     from blackboard.process.link import Inbox
 
 _URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
@@ -52,7 +50,8 @@ def open_session(config: Mapping[str, Any]) -> zenoh.Session:
     Raises:
         SettingsError: Zenoh cannot, for example because a port is taken; the text says why.
     """
-    zenoh.init_log_from_env_or("error")
+    # The other lines tell only that a session was closed while it was being spoken to.
+    zenoh.init_log_from_env_or("error,zenoh::api::session=off")
     try:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:
@@ -116,17 +115,7 @@ class ZenohLink:
     def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
         """Send a value to all who listen; Zenoh knows who does."""
         del to  # everyone may hear it
-        self._publish(topic, topic, value)
-
-    def publish_to_robot(self, robot: str, topic: str, value: object) -> None:
-        """Send a value on a topic in the namespace of a robot."""
-        name = f"{robot}/{topic}"
-        if name not in self._publishers:
-            self._publishers[name] = self._advertise(name)
-        self._publish(topic, name, value)
-
-    def _publish(self, topic: str, name: str, value: object) -> None:
-        publisher = self._publishers[name]
+        publisher = self._publishers[topic]
         heard = publisher.matching_status.matching  # type: ignore[attr-defined]  # no bool, as it says
         if not (topic in _REPEATED or heard):
             return
@@ -136,6 +125,14 @@ class ZenohLink:
         if topic in _REPEATED and not is_of_another:
             self._last[topic] = payload
         publisher.put(payload)
+
+    def publish_to_robot(self, robot: str, topic: str, value: object) -> None:
+        """Send a value on a topic in the namespace of a robot."""
+        name = f"{robot}/{topic}"
+        if name not in self._publishers:
+            self._publishers[name] = self._advertise(name)
+        # Whether anybody listens is known only some time after a publisher was made.
+        self._publishers[name].put(serialized(WIRES[topic].to_msg(value, self._date())))
 
     def _repeat(self, topic: str, token: Token) -> None:
         """Say what was said last, for someone who has begun to listen."""
@@ -213,14 +210,14 @@ class ZenohLink:
         }
 
 
-def serialized(msg: genpy.Message) -> bytes:
+def serialized(msg: Any) -> bytes:  # noqa: ANN401  (a message of any type)
     """Return a message as bytes, as ROS sends it."""
     written = io.BytesIO()
     msg.serialize(written)
     return written.getvalue()
 
 
-def deserialized(kind: type[genpy.Message], payload: zenoh.ZBytes) -> genpy.Message:
+def deserialized(kind: type, payload: zenoh.ZBytes) -> Any:  # noqa: ANN401  (a message of the type)
     """Return a message of a type.
 
     Raises:

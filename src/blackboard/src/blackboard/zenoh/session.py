@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ipaddress
 import json
+import re
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,14 @@ OWN = "own.json"
 
 _RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2.0}
 """When a connection is tried again; a session is back 0.3 s after what it connects to."""
+
+
+_PART = re.compile(r"[A-Za-z0-9_-]{1,64}")
+
+
+_HANDSHAKE = 3000
+"""How long another process may take to answer while a connection to it is opened [ms]. A session
+that is closed waits as long, so a process would take long to end while another one hangs."""
 
 
 class Mode(Enum):
@@ -67,6 +76,9 @@ def session_config(
         "mode": mode.value,
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "listen": {"endpoints": list(endpoints.listen)},
+        "transport": {
+            "unicast": {"open_timeout": _HANDSHAKE, "accept_timeout": _HANDSHAKE},
+        },
         "connect": {
             "endpoints": list(endpoints.connect),
             "timeout_ms": _PATIENCE[mode],
@@ -75,7 +87,7 @@ def session_config(
         },
     }
     if folder is not None:
-        config["transport"] = {"link": {"tls": _encryption(folder)}}
+        config["transport"]["link"] = {"tls": _encryption(folder)}
         config["access_control"] = _access(folder / ACCESS)
     return config
 
@@ -101,12 +113,19 @@ def read_own(folder: Path) -> Own:
     """
     try:
         content = json.loads((folder / OWN).read_text(encoding="utf-8"))
-        return Own(content["hive"], content["name"])
+        return Own(*(_part(content[key]) for key in ("hive", "name")))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SettingsError(
             f"{folder / OWN} cannot be used ({error}); copy the whole folder that `hive certs "
             "add` has made"
         ) from None
+
+
+def _part(value: str) -> str:
+    """Return a part of a key; raise ValueError or TypeError if it cannot be one."""
+    if not _PART.fullmatch(value):
+        raise ValueError(f"{value!r:.80} is no name")
+    return value
 
 
 def _encryption(folder: Path) -> dict[str, Any]:

@@ -35,6 +35,9 @@ class ZenohSettings:
     """The hive's name in keys, without certificates; with them it is their site."""
     mode: Annotated[str, one_of(Mode.PEER.value, Mode.CLIENT.value)] = Mode.PEER.value
     """Whether it connects to all others, or to a router."""
+    traffic: bool = True
+    """Whether it carries what robots and the traffic planner announce to each other; false where
+    all members share one ROS master, over which they hear it anyway."""
 
     @property
     def endpoints(self) -> Endpoints:

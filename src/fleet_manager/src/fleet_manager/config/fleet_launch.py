@@ -3,22 +3,23 @@
 
 from __future__ import annotations
 
-import json
 from types import MappingProxyType
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import quoteattr
 
 import attrs
 
 from blackboard.costing.cost import measure_for
-from fleet_manager.config.fleet_file import OUR_PLAN, plan_topic
+from fleet_manager.config.fleet_file import BLACKBOARD, OUR_PLAN, plan_topic
+from fleet_manager.config.launch_lines import yaml_line
+from fleet_manager.config.zenoh_launch import zenoh_lines
 from robot_description.models import model_path
 from robot_description.urdf import robot_urdf
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.mqtt.local_broker import free_port
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
     from hive_common.landmark import Landmark
@@ -37,6 +38,7 @@ def launch_text(
     landmarks: Sequence[Landmark] = (),
     places: Mapping[str, Pose] = MappingProxyType({}),
     port: Callable[[], int] = free_port,
+    machine: Collection[str] = (),
 ) -> str:
     """Return the launch file that starts a fleet's blackboard and robots.
 
@@ -45,7 +47,8 @@ def launch_text(
     the fleet says otherwise, `robot_host` nodes then take the place of `robot.launch`.
     `landmarks` are what the building's places are called, and `places` those that an operator can
     name as a goal, each with the pose of a robot there [map frame]. `port` gives one for a broker
-    of the fleet's own, which AGVs that speak VDA 5050 need where the fleet names none.
+    of the fleet's own, which AGVs that speak VDA 5050 need where the fleet names none. `machine`
+    names who runs on this machine, members and operators; if it names nobody, all do.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
@@ -62,16 +65,28 @@ def launch_text(
         "bid_timeout": f"{fleet.bid_timeout:g}",
         "traffic": fleet.traffic,
     }
-    lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
-    if sim and fleet.processes != "each":
+    if not machine or BLACKBOARD in machine:
+        lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
+    else:
+        lines += blackboard_parameters(blackboard | {"bid_timeout": fleet.bid_timeout})
+    if sim and fleet.processes != "each" and fleet.transport == "ros":
         lines += _shared(fleet)
     else:
         for number, robot in enumerate(fleet.robots):
-            if not robot.is_agv:
+            if not robot.is_agv and (not machine or robot.name in machine):
                 lines += _each(fleet, robot, sim=sim, stands_by=number < fleet.stand_by)
+    if fleet.transport == "zenoh":
+        lines += zenoh_lines(fleet, machine)
     lines += agv_lines(fleet, port)
     lines.append("</launch>\n")
     return "\n".join(lines)
+
+
+def blackboard_parameters(values: Mapping[str, object]) -> list[str]:
+    """Return the lines that set the hive's settings on a machine without the blackboard node."""
+    file = "$(find blackboard)/config/blackboard.yaml"
+    load = f'  <rosparam command="load" file="{file}" ns="blackboard"/>'
+    return [load, yaml_line("blackboard", values)]
 
 
 def _each(fleet: Fleet, robot: FleetRobot, *, sim: bool, stands_by: bool) -> list[str]:
@@ -162,11 +177,6 @@ def parameters(
         *lines,
         _text(f"{robot.name}/robot_description", robot_urdf(robot.model, f"{robot.name}/")),
     ]
-
-
-def yaml_line(name: str, value: object) -> str:
-    """Return the line that sets a parameter, or those below it, to a value."""
-    return f"  <rosparam param={quoteattr(name)}>{escape(json.dumps(value))}</rosparam>"
 
 
 def _text(name: str, value: str) -> str:

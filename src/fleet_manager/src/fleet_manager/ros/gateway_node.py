@@ -7,10 +7,10 @@ What they post, cancel and command reaches the hive under the gateway's certific
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import rosgraph.names
 import rospy
 
 from blackboard.codec.tables import WIRES
@@ -38,6 +38,10 @@ SHOWN = tuple(
     topics.Topic[Any](topic) for topic in WIRES if topic not in {*ASKED, topics.SET_STATE}
 )
 """What the hive says."""
+
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""What ROS allows as a part of a topic's name."""
 
 
 class Gateway:
@@ -93,7 +97,7 @@ class Gateway:
         """
         robot = status.robot_id
         is_new = robot not in self._robots and status.state is not RobotState.OFFLINE
-        if not (is_new and rosgraph.names.is_legal_base_name(robot)):
+        if not (is_new and _NAME.fullmatch(robot)):
             return
         self._robots.add(robot)
         self._recap.meet(robot)
@@ -140,8 +144,9 @@ def _run() -> None:
     hive = rospy.get_namespace()
     joined = join_network(settings, hive, "", ASKED)
     talker = joined.talker(hive)
-    relay = joined.relay(hive, talker)
-    relay.bring_in(TRAFFIC_STATE, traffic_kinds()[TRAFFIC_STATE])
-    relay.take_out(ZONE_COMMAND)
+    if settings.traffic:
+        relay = joined.relay(hive, talker)
+        relay.bring_in(TRAFFIC_STATE, traffic_kinds()[TRAFFIC_STATE])
+        relay.take_out(ZONE_COMMAND)
     Gateway(talker, joined.link, hive).start()
     talker.spin()

@@ -13,9 +13,16 @@ from attrs import evolve
 from blackboard.domain.charger import Charger
 from blackboard.domain.settings import TRAFFIC
 from fleet_manager.config.fleet_check import building_mistakes
-from fleet_manager.config.fleet_file import PROCESSES, read_fleet_and_mistakes
+from fleet_manager.config.fleet_file import (
+    PROCESSES,
+    TRANSPORTS,
+    mistakes_over_zenoh,
+    read_fleet_and_mistakes,
+)
 from fleet_manager.config.fleet_launch import launch_text
 from fleet_manager.config.places import landmarks_of, places_of
+from fleet_manager.config.zenoh_launch import unknown_on
+from fleet_manager.errors import InputError
 from fleet_manager.ros.launch_checked import become_roslaunch
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
@@ -49,6 +56,17 @@ _BAD_INPUT = 2
     default="",
     help="In place of the fleet's: robots give way to each other, or a traffic planner plans.",
 )
+@click.option(
+    "--transport",
+    type=click.Choice(["", *TRANSPORTS]),
+    default="",
+    help="In place of the fleet's: ROS topics of one master, or Zenoh between many.",
+)
+@click.option(
+    "--machine",
+    default="",
+    help="Who runs here, separated by spaces; others run on machines of their own.",
+)
 @click.option("--map", "chart", help="The map that robots have: name in maps/ or a path.")
 def launch_fleet(
     fleet: str,
@@ -58,6 +76,8 @@ def launch_fleet(
     world: str | None,
     processes: str,
     traffic: str,
+    transport: str,
+    machine: str,
     chart: str | None,
 ) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
@@ -65,14 +85,20 @@ def launch_fleet(
     Every mistake in the files is printed in a line of its own, and the exit code is 2, before
     anything starts.
     """
+    here = machine.split()
     wanted, building, mistakes = _read(fleet, world if sim else None, chart)
+    if wanted is not None:
+        wanted = evolve(
+            wanted,
+            processes=processes or wanted.processes,
+            traffic=traffic or wanted.traffic,
+            transport=transport or wanted.transport,
+        )
+        mistakes = [*mistakes, *_transport_mistakes(wanted, here, sim=sim)]
     if wanted is None or mistakes:
         for mistake in mistakes:
             click.echo(f"launch_fleet: {mistake}", err=True)
         sys.exit(_BAD_INPUT)
-    wanted = evolve(
-        wanted, processes=processes or wanted.processes, traffic=traffic or wanted.traffic
-    )
     if building is not None:
         there = tuple(Charger(name=p.name, pose=p.pose) for p in building.chargers)
         wanted = evolve(wanted, chargers=wanted.chargers or there)
@@ -85,11 +111,24 @@ def launch_fleet(
     landmarks = landmarks_of(building, wanted.chargers or ())
     places = dict(places_of(world)) if world is not None and sim else {}
     places |= {charger.name: charger.pose for charger in wanted.chargers or ()}
-    text = launch_text(wanted, sim=sim, landmarks=landmarks, places=places)
+    text = launch_text(wanted, sim=sim, landmarks=landmarks, places=places, machine=here)
     if shown:
         click.echo(text, nl=False)
     else:
         become_roslaunch(text)
+
+
+def _transport_mistakes(fleet: Fleet, machine: Sequence[str], *, sim: bool) -> Iterator[HiveError]:
+    """Yield what keeps a fleet from its transport, or from having these on this machine."""
+    if fleet.transport == "zenoh":
+        yield from mistakes_over_zenoh(fleet)
+    if why := unknown_on(fleet, machine):
+        yield InputError(f"machine: {why}")
+    elif machine and sim:
+        yield InputError(
+            "machine: each machine would simulate a building of its own; allowed: real robots "
+            "(sim:=false), or no machine"
+        )
 
 
 def _read(

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which transport a node gets by its parameter `zenoh`, and what it says over Zenoh."""
+
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("robot_description.msg", reason="needs generated messages")
+
+import rospy
+
+from blackboard.domain.talker import LEARNER_TOPICS, ROBOT_TOPICS, VOTER_TOPICS
+from blackboard.errors import SettingsError
+from blackboard.process.talker import ProcessTalker
+from blackboard.ros import relay as relay_module
+from blackboard.ros import transport
+from blackboard.ros.transport import make_talker, zenoh_settings
+from blackboard.zenoh import link as link_module
+from blackboard.zenoh.settings import ZenohSettings
+from hive_common.errors import ParameterError
+
+LISTEN = "tcp/127.0.0.1:7447"
+STANDS_BY = (*VOTER_TOPICS, *ROBOT_TOPICS)
+LEARNS = (*LEARNER_TOPICS, *ROBOT_TOPICS)
+
+
+class FakeLink:
+    """A link that notes what it was made with."""
+
+    def __init__(self, session, hive, name, advertises, **options):
+        self.session, self.hive, self.name = session, hive, name
+        self.advertises, self.options = tuple(advertises), options
+
+    def attach(self, inbox):
+        self.inbox = inbox
+
+
+class FakeRelay:
+    """A relay that notes what it is to carry."""
+
+    def __init__(self, session, own, namespace, refuse):
+        self.session, self.own, self.namespace, self.refuse = session, own, namespace, refuse
+        self.brought, self.taken = {}, []
+        self.bring_in, self.take_out = self.brought.__setitem__, self.taken.append
+
+
+class Node:
+    """A node of machine `lab`, with its parameters and what was made for it."""
+
+    def __init__(self, monkeypatch):
+        self.parameters = {}
+        self.name = "/lab/blackboard"
+        self.configs, self.links, self.relays, self.at_exit = [], [], [], []
+        self.at_shutdown, self.ros_talkers = [], []
+        self.session = SimpleNamespace(close=lambda: None)
+        monkeypatch.setattr(rospy, "search_param", self._search)
+        monkeypatch.setattr(rospy, "get_param", self._get)
+        monkeypatch.setattr(rospy, "resolve_name", lambda name: name)
+        monkeypatch.setattr(rospy, "get_name", lambda: self.name)
+        monkeypatch.setattr(rospy, "get_time", lambda: 7.0)
+        monkeypatch.setattr(rospy, "on_shutdown", self.at_shutdown.append)
+        monkeypatch.setattr(transport, "atexit", SimpleNamespace(register=self.at_exit.append))
+        monkeypatch.setattr(transport, "RosTalker", self._make_ros_talker)
+        monkeypatch.setattr(link_module, "open_session", self._open)
+        monkeypatch.setattr(link_module, "ZenohLink", self._noting(self.links, FakeLink))
+        monkeypatch.setattr(relay_module, "Relay", self._noting(self.relays, FakeRelay))
+
+    def _search(self, name):
+        return f"/lab/{name}" if f"/lab/{name}" in self.parameters else None
+
+    def _get(self, name, default=None):
+        return self.parameters.get(name, default)
+
+    def _open(self, config):
+        self.configs.append(config)
+        return self.session
+
+    def _make_ros_talker(self, *args):
+        self.ros_talkers.append(args)
+        return "a talker on ROS"
+
+    @staticmethod
+    def _noting(made, kind):
+        def make(*args, **options):
+            made.append(kind(*args, **options))
+            return made[-1]
+
+        return make
+
+
+@pytest.fixture
+def node(monkeypatch):
+    return Node(monkeypatch)
+
+
+@pytest.fixture
+def on_zenoh(node):
+    """A node whose parameter `zenoh` is set."""
+    node.parameters["/lab/zenoh"] = {"listen": [LISTEN], "hive": "hall"}
+    return node
+
+
+def test_a_node_without_the_parameter_speaks_over_ros_also_for_several_robots(node):
+    robots = ("robot1", "robot2")
+
+    assert zenoh_settings() is None
+    assert make_talker("/lab/", STANDS_BY, robots) == "a talker on ROS"
+    assert node.ros_talkers == [("/lab/", STANDS_BY, robots)]
+    assert node.configs == []
+
+
+def test_the_parameter_is_read_where_ros_finds_it(on_zenoh):
+    assert zenoh_settings() == ZenohSettings(listen=(LISTEN,), hive="hall")
+    assert on_zenoh.configs == []
+
+
+def test_a_parameter_that_says_nothing_still_asks_for_zenoh(node):
+    node.parameters["/lab/zenoh"] = {}
+
+    assert zenoh_settings() == ZenohSettings()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"mode": "router"}, "^/lab/zenoh: mode: 'router'; allowed: peer"),
+        ({"listen": LISTEN}, "^/lab/zenoh: listen: '.*'; allowed: a list"),
+        ("", "^/lab/zenoh: ''; allowed: the keys listen, connect"),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_parameter(node, given, said):
+    node.parameters["/lab/zenoh"] = given
+
+    with pytest.raises(ParameterError, match=said):
+        make_talker("/lab/", STANDS_BY, ("robot1",))
+    assert node.configs == node.ros_talkers == []
+
+
+def test_a_process_of_several_robots_is_refused_over_zenoh(on_zenoh):
+    with pytest.raises(SettingsError) as refused:
+        make_talker("/lab/", STANDS_BY, ("robot1", "robot2"))
+
+    assert str(refused.value) == (
+        "this process has several robots (robot1, robot2), and the parameter zenoh is set; over "
+        "Zenoh each robot needs a process of its own: `processes: each` in the fleet file"
+    )
+    assert on_zenoh.configs == []
+
+
+def test_an_endpoint_that_reaches_others_without_certificates_is_refused(on_zenoh):
+    on_zenoh.parameters["/lab/zenoh"] = {"listen": ["tcp/0.0.0.0:7447"]}
+
+    with pytest.raises(SettingsError, match="allowed without certificates"):
+        make_talker("/lab/", STANDS_BY, ("robot1",))
+    assert on_zenoh.configs == []
+
+
+@pytest.mark.parametrize(
+    ("topics", "robots", "said"),
+    [
+        (STANDS_BY, ("robot1",), {"traffic", "routes", "traffic_state"}),
+        (LEARNS, ("robot1",), {"traffic"}),
+        (VOTER_TOPICS, (), {"routes", "traffic_state"}),
+        (LEARNER_TOPICS, (), set()),
+    ],
+    ids=["a robot that stands by", "a learner", "the blackboard", "one that neither is nor leads"],
+)
+def test_a_relay_takes_out_what_its_process_may_say_and_brings_in_all(
+    on_zenoh, topics, robots, said
+):
+    make_talker("/lab/", iter(topics), robots)
+
+    (relay,) = on_zenoh.relays
+    assert len(relay.taken) == len(set(relay.taken))
+    assert set(relay.taken) == said
+    assert {topic: kind.__name__ for topic, kind in relay.brought.items()} == {
+        "traffic": "Traffic",
+        "routes": "Routes",
+        "traffic_state": "TrafficState",
+        "zone_command": "ZoneCommand",
+    }
+
+
+def test_nothing_is_relayed_where_all_members_share_one_ros_master(on_zenoh):
+    on_zenoh.parameters["/lab/zenoh"] = {"listen": [LISTEN], "traffic": False}
+
+    talker = make_talker("/lab/", STANDS_BY, ("robot1",))
+
+    assert on_zenoh.links[0].inbox is talker
+    assert on_zenoh.relays == []
+
+
+def test_the_relay_belongs_to_the_same_process_and_tells_the_talker_what_it_refuses(on_zenoh):
+    talker = make_talker("/lab/", STANDS_BY, ("robot1",))
+
+    (relay,) = on_zenoh.relays
+    relay.refuse("traffic", "too long")
+    assert (relay.own.hive, relay.own.name, relay.namespace) == ("hall", "robot1", "/lab/")
+    assert relay.session is on_zenoh.session
+    assert talker.refusals.counts == {("traffic", "too long"): 1}
+
+
+@pytest.mark.parametrize(("robots", "name"), [(("robot1",), "robot1"), ((), "blackboard")])
+def test_a_process_speaks_as_its_robot_or_else_as_its_node(on_zenoh, robots, name):
+    make_talker("/lab/", iter(STANDS_BY), robots)
+
+    (link,) = on_zenoh.links
+    assert (link.hive, link.name, link.session) == ("hall", name, on_zenoh.session)
+    assert link.advertises == STANDS_BY
+    assert link.options["namespace"] == "/lab/"
+    assert link.options["address"] == "127.0.0.1:7447"
+    assert link.options["date"]() == 7.0
+
+
+def test_the_session_is_that_of_the_parameter_and_ends_with_the_process(on_zenoh):
+    on_zenoh.parameters["/lab/zenoh"] = {"connect": [LISTEN], "mode": "client"}
+    make_talker("/lab/", STANDS_BY, ("robot1",))
+
+    (config,) = on_zenoh.configs
+    assert config["mode"] == "client"
+    assert config["connect"]["endpoints"] == [LISTEN]
+    assert on_zenoh.at_exit == [on_zenoh.session.close]
+
+
+def test_a_node_whose_folder_is_not_there_does_not_start(on_zenoh, tmp_path):
+    folder = tmp_path / "gone"
+    on_zenoh.parameters["/lab/zenoh"] = {"certificates": str(folder)}
+
+    with pytest.raises(SettingsError, match=r"gone/own\.json cannot be used"):
+        make_talker("/lab/", STANDS_BY, ("robot1",))
+    assert on_zenoh.configs == []
+
+
+def test_the_talker_uses_the_link_and_wakes_up_when_the_node_shuts_down(on_zenoh, monkeypatch):
+    talker = make_talker("/lab/", STANDS_BY, ("robot1",))
+    assert isinstance(talker, ProcessTalker)
+    assert on_zenoh.links[0].inbox is talker
+
+    woken = []
+    monkeypatch.setattr(talker, "call", woken.append)
+    (wake,) = on_zenoh.at_shutdown
+    wake()
+    assert len(woken) == 1

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Fleets whose members speak over Zenoh, and the launch files made of them."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+import yaml
+from attrs import evolve
+
+from blackboard.zenoh.settings import ZenohSettings
+from fleet_manager.config.fleet_file import (
+    mistakes_over_zenoh,
+    read_fleet,
+    read_fleet_and_mistakes,
+)
+from fleet_manager.config.fleet_launch import launch_text
+from fleet_manager.config.zenoh_launch import unknown_on
+from hive_common.structuring import structure
+
+PAGE = Path(__file__).parents[4] / "docs" / "many-machines.md"
+ROBOTS = """\
+robots:
+  - {name: amy, model: mir100, pose: [1, 2, 0]}
+  - {name: bob, model: mir100, pose: [5, 2, 0]}
+"""
+MEMBERS = """\
+transport: zenoh
+zenoh:
+  certificates: certs
+  operators: [anna, eve]
+  members:
+    - {name: blackboard, address: "10.0.0.1:7447"}
+    - {name: amy, address: "10.0.0.2:7447"}
+    - {name: bob, address: "10.0.0.3:7447"}
+"""
+MASTERS = "traffic: planned\nbid_timeout: 3\n"
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "mine.yaml"
+
+
+def fleet_of(file, head=MEMBERS):
+    file.write_text(f"{head}{ROBOTS}", encoding="utf-8")
+    return read_fleet(str(file))
+
+
+def mistakes_in(file, text):
+    file.write_text(text, encoding="utf-8")
+    return [str(each) for each in read_fleet_and_mistakes(str(file))[1]]
+
+
+def launched(fleet, *machine):
+    text = launch_text(fleet, sim=False, machine=machine)
+    return ET.fromstring(text)  # noqa: S314  (made here)
+
+
+def settings(root):
+    """Return what the parameter `zenoh` of each node says."""
+    found = {
+        each.get("param").removesuffix("/zenoh"): yaml.safe_load(each.text)
+        for each in root.iterfind("rosparam")
+        if each.get("param", "").endswith("/zenoh")
+    }
+    gateway = root.find("node[@type='hive_gateway']/rosparam")
+    if gateway is not None:
+        found["hive_gateway"] = yaml.safe_load(gateway.text)
+    return found
+
+
+def robots_in(root):
+    files = [
+        each for each in root.iterfind("include") if each.get("file").endswith("robot.launch")
+    ]
+    return [each.find("arg[@name='name']").get("value") for each in files]
+
+
+def test_each_member_listens_where_the_fleet_says_and_connects_to_those_before_it(file):
+    fleet = fleet_of(file)
+
+    told = {name: settings(launched(fleet, name)) for name in ("blackboard", "amy", "bob")}
+
+    folder = file.parent / "certs"
+    assert told["blackboard"] == {
+        "blackboard": {
+            "listen": ["tls/10.0.0.1:7447"],
+            "connect": [],
+            "traffic": True,
+            "certificates": str(folder / "blackboard"),
+        }
+    }
+    assert told["bob"] == {
+        "bob/robot": {
+            "listen": ["tls/10.0.0.3:7447"],
+            "connect": ["tls/10.0.0.1:7447", "tls/10.0.0.2:7447"],
+            "traffic": True,
+            "certificates": str(folder / "bob"),
+        }
+    }
+    for node in told.values():
+        for each in node.values():
+            structure(each, ZenohSettings)  # names what is not allowed
+
+
+def test_a_machine_starts_its_own_member_alone(file):
+    fleet = fleet_of(file)
+
+    assert robots_in(launched(fleet, "amy")) == ["amy"]
+    assert robots_in(launched(fleet, "blackboard")) == []
+    assert robots_in(launched(fleet, "blackboard", "bob", "anna")) == ["bob"]
+
+
+def test_an_operator_s_machine_has_a_gateway_to_all_members(file):
+    told = settings(launched(fleet_of(file), "eve"))
+
+    assert told == {
+        "hive_gateway": {
+            "connect": [f"tls/10.0.0.{number}:7447" for number in (1, 2, 3)],
+            "traffic": True,
+            "certificates": str(file.parent / "certs" / "eve"),
+        }
+    }
+
+
+def test_every_machine_knows_the_hive_s_settings(file):
+    root = launched(fleet_of(file, MEMBERS + MASTERS), "amy")
+
+    given = yaml.safe_load(root.find("rosparam[@param='blackboard']").text)
+    assert (given["traffic"], given["bid_timeout"]) == ("planned", 3.0)
+    assert root.find("rosparam[@ns='blackboard']").get("file").endswith("/blackboard.yaml")
+
+
+def test_on_one_machine_members_are_reached_at_ports_of_their_own_that_others_do_not_reach(file):
+    root = launched(fleet_of(file, "transport: zenoh\n"))
+
+    told = settings(root)
+    ends = [f"tcp/127.0.0.1:{port}" for port in (7447, 7448, 7449)]
+    assert told == {
+        "blackboard": {"listen": ends[:1], "connect": [], "traffic": False},
+        "amy/robot": {"listen": ends[1:2], "connect": ends[:1], "traffic": False},
+        "bob/robot": {"listen": ends[2:], "connect": ends[:2], "traffic": False},
+        "hive_gateway": {"connect": ends, "traffic": False},
+    }
+    assert robots_in(root) == ["amy", "bob"]
+
+
+def test_simulated_robots_have_processes_of_their_own(file):
+    pytest.importorskip("xacro")
+    text = launch_text(fleet_of(file, "transport: zenoh\n"), sim=True)
+
+    assert "robot_host" not in text
+
+
+def test_over_ros_nothing_speaks_over_zenoh(file):
+    root = launched(fleet_of(file, ""))
+
+    assert settings(root) == {}
+
+
+@pytest.mark.parametrize(
+    ("head", "machine", "words"),
+    [
+        ("", ["amy"], "with transport: ros all machines share one ROS master"),
+        (MEMBERS, ["amy", "carl"], "carl; allowed: blackboard, amy, bob, anna, eve"),
+        (MEMBERS, ["amy", "bob"], "amy, bob; allowed: one robot"),
+        ("transport: zenoh\n", ["amy"], "does not say where members are reached"),
+    ],
+)
+def test_what_a_machine_cannot_run_is_named_with_what_it_can(file, head, machine, words):
+    assert words in unknown_on(fleet_of(file, head), machine)
+
+
+@pytest.mark.parametrize("machine", [[], ["amy"], ["blackboard", "anna"]])
+def test_what_a_machine_can_run_is_not_refused(file, machine):
+    assert unknown_on(fleet_of(file), machine) == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("name: bob, a", "name: carl, a"), "'carl' is no member; allowed: blackboard, amy, bob"),
+        (("name: bob, a", "name: amy, a"), "'amy' is there twice"),
+        (('    - {name: bob, address: "10.0.0.3:7447"}\n', ""), "bob missing"),
+        (("10.0.0.3:7447", "10.0.0.3"), "allowed: HOST:PORT"),
+        (("eve", "bob"), "'bob' is a member; an operator needs a name"),
+    ],
+)
+def test_a_mistake_in_where_members_are_reached_is_named_in_its_line(file, change, words):
+    found = mistakes_in(file, MEMBERS.replace(*change) + ROBOTS)
+
+    assert any(words in each and "mine.yaml:" in each for each in found), found
+
+
+def test_processes_with_several_robots_are_refused_over_zenoh(file):
+    fleet = evolve(fleet_of(file), processes="shared")
+    agv = evolve(fleet.robots[1], driver="vda5050")
+
+    found = [str(each) for each in mistakes_over_zenoh(evolve(fleet, robots=(agv,)))]
+
+    assert ["'shared'" in found[0], "'vda5050'" in found[1]] == [True, True]
+
+
+def test_the_fleet_of_the_page_is_good_and_its_machines_are_those_of_the_page(file):
+    page = PAGE.read_text(encoding="utf-8")
+    block = re.search(r"   ```yaml\n(.*?)   ```", page, re.DOTALL).group(1)
+
+    assert mistakes_in(file, re.sub("^   ", "", block, flags=re.MULTILINE)) == []
+    fleet = read_fleet(str(file))
+    machines = [each.strip('"') for each in re.findall(r'machine:=("[^"]+"|\w+)', page)]
+    assert "blackboard laptop1" in machines
+    for each in machines:
+        assert unknown_on(fleet, each.split()) == "", each
