@@ -236,10 +236,10 @@ def test_a_key_that_is_deleted_is_no_message(ros, out):
 @pytest.mark.usefixtures("out")
 def test_nothing_is_published_once_the_node_is_shut_down(ros):
     ros.ends = iter([True])
-    for name in ("too late", "robot1"):
-        ros.say("/a/traffic", Traffic(name=name))
+    for other in ("too late", "robot2"):
+        ros.say("/a/traffic", Traffic(name="robot1", waits_for=other))
 
-    assert ros.next("/b/traffic").name == "robot1"
+    assert ros.next("/b/traffic").waits_for == "robot2"
 
 
 def test_messages_without_a_header_are_carried_too(ros, machines):
@@ -263,3 +263,15 @@ def test_hives_of_other_names_hear_nothing(ros, machines):
 
     assert ros.next("/b/traffic").name == "robot1"
     assert ros.published["/hall/traffic"].empty()
+
+
+def test_a_robot_that_announces_where_another_one_drives_is_refused(ros, out):
+    _, b = out
+    for name in ("robot2", "r" * 500, "robot1"):
+        ros.say("/a/traffic", Traffic(name=name))
+
+    assert ros.next("/b/traffic").name == "robot1"
+    refused = [b.refused.get(timeout=WITHIN) for _ in range(2)]
+    assert [topic for topic, _ in refused] == ["traffic", "traffic"]
+    assert "robot1 announces where 'robot2' drives" in refused[0][1]
+    assert len(refused[1][1]) < 200

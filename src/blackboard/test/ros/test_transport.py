@@ -190,7 +190,10 @@ def test_nothing_is_relayed_where_all_members_share_one_ros_master(on_zenoh):
     assert on_zenoh.relays == []
 
 
-def test_the_relay_belongs_to_the_same_process_and_tells_the_talker_what_it_refuses(on_zenoh):
+def test_the_relay_belongs_to_the_same_process_and_tells_the_talker_what_it_refuses(
+    on_zenoh, monkeypatch
+):
+    monkeypatch.setattr(ProcessTalker, "call", lambda _, action: action())
     talker = make_talker("/lab/", STANDS_BY, ("robot1",))
 
     (relay,) = on_zenoh.relays

@@ -36,18 +36,18 @@ _TRAFFIC = """
 import sys, rospy
 from robot_description.msg import Traffic
 rospy.init_node("traffic")
-ear = rospy.Subscriber("/traffic", Traffic, lambda msg: print(msg.name, flush=True))
+ear = rospy.Subscriber("/traffic", Traffic, lambda msg: print(msg.waits_for, flush=True))
 mouth = rospy.Publisher("/traffic", Traffic, queue_size=10)
 while min(ear.get_num_connections(), mouth.get_num_connections()) < 2:
     rospy.rostime.wallsleep(0.05)
 print("ready", flush=True)
 for line in sys.stdin:
-    msg = Traffic(name=line.strip())
+    msg = Traffic(name=sys.argv[1], waits_for=line.strip())
     msg.header.stamp = rospy.Time.now()
     mouth.publish(msg)
 """
-"""Prints the names that are announced on `traffic`, and announces those that it reads. It waits
-until it and the member hear each other."""
+"""Announces on `traffic` that a robot waits for another one, whose name it reads, and prints for
+whom robots wait. It begins when it and the member hear each other."""
 
 
 class LiveSite(LiveHive):
@@ -137,8 +137,8 @@ class LiveSite(LiveHive):
 
     @contextlib.contextmanager
     def traffic_on(self, host):
-        """Run a node on a host that hears and says names on `traffic`, a line for each."""
-        words = [*self._network.prefix(host), sys.executable, "-c", _TRAFFIC]
+        """Run a node on a robot's host that hears and says on `traffic` who is waited for."""
+        words = [*self._network.prefix(host), sys.executable, "-c", _TRAFFIC, host]
         pipe = subprocess.PIPE
         with subprocess.Popen(
             words, stdin=pipe, stdout=pipe, text=True, env={**os.environ, **ALONE}

@@ -17,6 +17,7 @@ import rospy
 import zenoh
 from zenoh.handlers import Callback
 
+from blackboard.ros.traffic_kinds import TRAFFIC
 from blackboard.zenoh.access import key_of
 from blackboard.zenoh.link import deserialized, serialized
 
@@ -31,6 +32,7 @@ RELAYED = "relayed"
 _SEQ_SIZE = 4
 """A message with a header begins with its number [B], which rospy sets."""
 
+_MOST_LETTERS = 64
 _REMEMBERED = 200
 _QUEUE_SIZE = 100
 
@@ -85,6 +87,7 @@ class Relay:
             return
         try:
             msg = deserialized(kind, sample.payload)
+            _check_speaker(topic, msg, str(sample.key_expr).rpartition("/")[2])
         except (ValueError, genpy.DeserializationError) as error:
             self._refuse(topic, str(error))
             return
@@ -113,3 +116,12 @@ class Relay:
         if RELAYED in header and not (is_own and payload[_SEQ_SIZE:] not in self._brought):
             return
         publisher.put(payload)
+
+
+def _check_speaker(topic: str, msg: Any, sender: str) -> None:  # noqa: ANN401  (of the topic's type)
+    """Raise ValueError if a robot announces where another one drives."""
+    if topic == TRAFFIC and msg.name != sender:
+        raise ValueError(
+            f"{sender} announces where {msg.name[:_MOST_LETTERS]!r} drives; a robot announces for "
+            "itself only, by its name"
+        )

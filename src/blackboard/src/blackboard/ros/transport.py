@@ -12,7 +12,7 @@ from blackboard.domain.talker import VOTER_TOPICS
 from blackboard.errors import SettingsError
 from blackboard.process.talker import ProcessTalker
 from blackboard.ros.talker import RosRuntime, RosTalker
-from blackboard.ros.traffic_kinds import traffic_kinds
+from blackboard.ros.traffic_kinds import ROUTES, TRAFFIC, TRAFFIC_KINDS, TRAFFIC_STATE
 from blackboard.zenoh.session import Mode, session_config
 from blackboard.zenoh.settings import ZenohSettings
 from hive_common.ros.params import structured
@@ -61,12 +61,12 @@ def make_talker(
     joined = join_network(settings, hive, name, topics)
     # Who may lead may speak for the traffic planner, which runs beside the leader.
     leads = set(VOTER_TOPICS) <= set(topics)
-    said = [*(("traffic",) if robots else ()), *(("routes", "traffic_state") if leads else ())]
+    said = [*((TRAFFIC,) if robots else ()), *((ROUTES, TRAFFIC_STATE) if leads else ())]
     talker = joined.talker(hive)
     if not settings.traffic:
         return talker
     relay = joined.relay(hive, talker)
-    for topic, kind in traffic_kinds().items():
+    for topic, kind in TRAFFIC_KINDS.items():
         relay.bring_in(topic, kind)
         if topic in said:
             relay.take_out(topic)
@@ -101,7 +101,10 @@ class Joined(NamedTuple):
         """Return what carries topics that are not the core's; see `talker`."""
         from blackboard.ros.relay import Relay  # noqa: PLC0415  (see `join_network`)
 
-        return Relay(self.session, self.own, hive, talker.refuse)
+        def refuse(topic: str, why: str) -> None:
+            talker.call(lambda: talker.refuse(topic, why))  # Zenoh calls in threads of its own
+
+        return Relay(self.session, self.own, hive, refuse)
 
 
 def join_network(

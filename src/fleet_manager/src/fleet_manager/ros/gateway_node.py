@@ -19,11 +19,9 @@ from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.errors import SettingsError
 from blackboard.ros.recap import Recap
 from blackboard.ros.startup import run_node
-from blackboard.ros.traffic_kinds import traffic_kinds
+from blackboard.ros.traffic_kinds import TRAFFIC_KINDS, TRAFFIC_STATE, ZONE_COMMAND
 from blackboard.ros.transport import PARAMETER, join_network, zenoh_settings
-from fleet_manager.client.client import TRAFFIC_STATE
 from fleet_manager.ros.hive_topics import QUEUE_SIZE
-from fleet_manager.ros.traffic_messages import ZONE_COMMAND
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -146,7 +144,7 @@ def _run() -> None:
     talker = joined.talker(hive)
     if settings.traffic:
         relay = joined.relay(hive, talker)
-        relay.bring_in(TRAFFIC_STATE, traffic_kinds()[TRAFFIC_STATE])
+        relay.bring_in(TRAFFIC_STATE, TRAFFIC_KINDS[TRAFFIC_STATE])
         relay.take_out(ZONE_COMMAND)
     Gateway(talker, joined.link, hive).start()
     talker.spin()
