@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the process of a traffic planner shows of its progress, with a small program for it."""
+"""What the process of a traffic planner shows of its progress, and what was heard of one last."""
 
 import pytest
 
 pytest.importorskip("robot_description.msg")
 
+import rospy
+from robot_description.msg import TrafficState
+
 from blackboard.ros import planner_process
-from blackboard.ros.planner_process import PlannerProcess
+from blackboard.ros.planner_process import LastWord, PlannerProcess
 
 SAYS = """
 import os, sys
@@ -82,3 +85,36 @@ def test_how_it_has_ended_is_told_in_words(start, more, how):
     wait_for_end(process)
 
     assert process.ended() == how
+
+
+@pytest.fixture
+def last(monkeypatch):
+    """The last word of planners at 7 s, and `hear` for one more; at first the door is closed."""
+    heard = []
+    monkeypatch.setattr(rospy, "Subscriber", lambda _name, _kind, hear, **_: heard.append(hear))
+    word = LastWord("/lab/", ("door",), lambda: 7.0)
+    (word.hear,) = heard
+    return word
+
+
+def told(epoch, *closed, stamp=1.5):
+    """Return what somebody tells, whoever that is."""
+    msg = TrafficState(epoch=epoch, closed=list(closed))
+    msg.header.stamp = rospy.Time.from_sec(stamp)
+    return msg
+
+
+def test_what_the_newest_planner_tells_of_closed_zones_is_remembered(last):
+    last.hear(told(2, "aisle"))
+    last.hear(told(1, "yard"))
+
+    assert (last.closed, last.at(2), last.at(1)) == (("aisle",), 7.0, float("-inf"))
+
+
+def test_what_a_member_says_itself_counts_for_nothing_and_what_a_relay_brings_it_counts(last):
+    last.note_own(rospy.Time.from_sec(1.5))
+
+    last.hear(told(2, "aisle"))
+    assert last.closed == ("door",)
+    last.hear(told(2, "aisle", stamp=1.6))
+    assert last.closed == ("aisle",)

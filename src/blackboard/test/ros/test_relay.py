@@ -15,7 +15,6 @@ import pytest
 pytest.importorskip("robot_description.msg", reason="needs generated messages")
 
 import rospy
-import zenoh
 from robot_description.msg import Traffic, TrafficState, ZoneCommand
 from zenoh.handlers import Callback
 
@@ -72,7 +71,8 @@ class Publisher:
 class Machine:
     """The session and the relay of one machine, and what the relay has refused."""
 
-    def __init__(self, ends, name, namespace):
+    def __init__(self, ends, name, namespace, wait):
+        self.wait = wait
         self.session = open_session(session_config(ends))
         self.refused = queue.Queue()
         self.relay = Relay(
@@ -81,15 +81,7 @@ class Machine:
 
     def until_heard(self, topic):
         """Wait until this session knows that the other listens to a topic."""
-        changed = queue.Queue()
-        publisher = self.session.declare_publisher(
-            f"hive/lab/{topic}/probe", allowed_destination=zenoh.Locality.REMOTE
-        )
-        listener = publisher.declare_matching_listener(changed.put)
-        while not publisher.matching_status.matching:
-            changed.get(timeout=WITHIN)
-        listener.undeclare()
-        publisher.undeclare()
+        self.wait(self.session, f"hive/lab/{topic}/probe")
 
 
 @pytest.fixture
@@ -103,14 +95,14 @@ def ros(monkeypatch):
 
 
 @pytest.fixture
-def machines(ros):
+def machines(ros, until_heard):
     """Machines a and b, connected; they carry nothing yet."""
     assert ros.subscribers == {}
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         end = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    a = Machine(Endpoints(listen=(end,)), "robot1", "/a/")
-    b = Machine(Endpoints(connect=(end,)), "robot2", "/b/")
+    a = Machine(Endpoints(listen=(end,)), "robot1", "/a/", until_heard)
+    b = Machine(Endpoints(connect=(end,)), "robot2", "/b/", until_heard)
     yield a, b
     for each in (b, a):
         each.session.close()

@@ -104,24 +104,13 @@ def start():
 
 
 @pytest.fixture
-def pair(start):
+def pair(start, until_heard):
     """Two processes of which the first listens to task states and is ready to hear them."""
     first = start("robot1")
     first.link.listen(TASK_STATE, TASK_STATE)
     second = start("robot2", [first.address])
-    until_matched(second.session, "hive/lab/task_state/robot2")
+    until_heard(second.session, "hive/lab/task_state/robot2")
     return first, second
-
-
-def until_matched(session, key):
-    """Wait until a session knows that another one listens to a key."""
-    changed = queue.Queue()
-    publisher = session.declare_publisher(key)
-    listener = publisher.declare_matching_listener(changed.put)
-    while not publisher.matching_status.matching:
-        changed.get(timeout=WITHIN)
-    listener.undeclare()
-    publisher.undeclare()
 
 
 def test_a_message_arrives_with_its_sender_its_stamp_and_all_it_says(pair):
@@ -170,12 +159,12 @@ def test_a_message_that_nobody_listens_to_is_not_encoded(pair, monkeypatch):
     assert encoded == [UPDATE]
 
 
-def test_a_robots_own_topic_is_below_its_name(start):
+def test_a_robots_own_topic_is_below_its_name(start, until_heard):
     robot = start("robot1")
     robot.link.listen(SET_STATE, "robot1/set_state")
     operator = start("anna", [robot.address], topics=())
     key, text = "hive/lab/robot1/set_state/anna", io.BytesIO()
-    until_matched(operator.session, key)
+    until_heard(operator.session, key)
     WIRES[SET_STATE].encode("defect").serialize(text)
     operator.session.put(key, text.getvalue())
 

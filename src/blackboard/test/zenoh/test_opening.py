@@ -89,17 +89,6 @@ def start(free):
         each.close()
 
 
-def until_heard(session, key):
-    """Wait until a session knows that another one listens to a key."""
-    changed = queue.Queue()
-    publisher = session.declare_publisher(key)
-    listener = publisher.declare_matching_listener(changed.put)
-    while not publisher.matching_status.matching:
-        changed.get(timeout=WITHIN)
-    listener.undeclare()
-    publisher.undeclare()
-
-
 def test_a_session_opens_though_what_it_connects_to_is_not_there_and_keeps_its_port(free, absent):
     session = open_session(session_config(Endpoints((free,), (absent,))))
 
@@ -151,7 +140,7 @@ def test_bytes_that_end_too_early_are_no_message(payload):
         deserialized(WIRES["task_state"].message, zenoh.ZBytes(payload))
 
 
-def test_a_robot_is_told_on_its_own_topic_and_the_others_are_not(start):
+def test_a_robot_is_told_on_its_own_topic_and_the_others_are_not(start, until_heard):
     _, robot1, inbox = start("robot1")
     robot1.listen(SET_STATE, "robot1/set_state")
     _, robot2, other = start("robot2")

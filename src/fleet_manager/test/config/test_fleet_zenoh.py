@@ -185,6 +185,7 @@ def test_what_a_machine_can_run_is_not_refused(file, machine):
         (("name: bob, a", "name: amy, a"), "'amy' is there twice"),
         (('    - {name: bob, address: "10.0.0.3:7447"}\n', ""), "bob missing"),
         (("10.0.0.3:7447", "10.0.0.3"), "allowed: HOST:PORT"),
+        (("  certificates: certs\n", ""), "'10.0.0.2:7447' is reached from other machines"),
         (("eve", "bob"), "'bob' is a member; an operator needs a name"),
     ],
 )

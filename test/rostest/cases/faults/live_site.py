@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 
-from live_network import OFFICE
+from launching import wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
@@ -24,13 +24,17 @@ ALONE = {"ROS_MASTER_URI": MASTER, "ROS_IP": "127.0.0.1"}
 
 GATEWAY = "/hive_gateway"
 
-_PREPARE = """
-import json, sys, time, rosgraph
-while not rosgraph.is_master_online():
-    time.sleep(0.05)
-for name, value in json.load(sys.stdin).items():
-    rosgraph.Master("/prepare").setParam(name, value)
+_MASTER = """
+import json, signal, rosgraph, sys
+from rosmaster.master import Master
+master = Master(11311)
+master.start()
+for name, value in json.loads(sys.argv[1]).items():
+    rosgraph.Master("/master").setParam(name, value)
+print("ready", flush=True)
+signal.pause()
 """
+"""A ROS master with parameters."""
 
 _TRAFFIC = """
 import sys, rospy
@@ -38,16 +42,16 @@ from robot_description.msg import Traffic
 rospy.init_node("traffic")
 ear = rospy.Subscriber("/traffic", Traffic, lambda msg: print(msg.waits_for, flush=True))
 mouth = rospy.Publisher("/traffic", Traffic, queue_size=10)
-while min(ear.get_num_connections(), mouth.get_num_connections()) < 2:
-    rospy.rostime.wallsleep(0.05)
-print("ready", flush=True)
 for line in sys.stdin:
+    if line == "links\\n":
+        print(min(ear.get_num_connections(), mouth.get_num_connections()), flush=True)
+        continue
     msg = Traffic(name=sys.argv[1], waits_for=line.strip())
     msg.header.stamp = rospy.Time.now()
     mouth.publish(msg)
 """
 """Announces on `traffic` that a robot waits for another one, whose name it reads, and prints for
-whom robots wait. It begins when it and the member hear each other."""
+whom robots wait. Asked for its links, it prints how many it has in each direction."""
 
 
 class LiveSite(LiveHive):
@@ -120,15 +124,12 @@ class LiveSite(LiveHive):
         """Start a host's master, its base and its member."""
         prefix = self._network.prefix(host)
         environment = {**os.environ, **ALONE}
-        self._run(f"{host} master", [*prefix, "rosmaster", "--core", "-p", "11311"], environment)
-        subprocess.run(
-            [*prefix, sys.executable, "-c", _PREPARE],
-            input=json.dumps(self.parameters_of(host)),
-            text=True,
-            check=True,
-            env=environment,
-            timeout=60,
+        parameters = json.dumps(self.parameters_of(host))
+        master = [*prefix, sys.executable, "-c", _MASTER, parameters]
+        self._more[f"{host} master"] = started = subprocess.Popen(
+            master, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, env=environment
         )
+        assert started.stdout.readline() == "ready\n"
         if host != "blackboard":
             base = [sys.executable, "-m", "hive_lab.live.fake_base", f"/{host}"]
             words = [f"{self._drive}", f"{self.robots.index(host)}"]
@@ -144,7 +145,7 @@ class LiveSite(LiveHive):
             words, stdin=pipe, stdout=pipe, text=True, env={**os.environ, **ALONE}
         ) as node:
             try:
-                assert node.stdout.readline() == "ready\n"
+                wait_until_empty(lambda: _unlinked(node))
                 yield node
             finally:
                 node.kill()
@@ -187,4 +188,11 @@ class LiveSite(LiveHive):
 
 def is_local(address):
     """Return whether only a host itself reaches an address."""
-    return address.startswith(("127.", "[::1]")) or OFFICE in address
+    return address.startswith(("127.", "[::1]"))
+
+
+def _unlinked(node):
+    """Return what keeps a node of `_TRAFFIC` from hearing its member and being heard."""
+    print("links", file=node.stdin, flush=True)
+    links = int(node.stdout.readline())
+    return "" if links == 2 else f"{links} links of 2, its own and the member's"

@@ -26,7 +26,7 @@ def main() -> None:
         `bb_backup`, `bb_entries`, `bb_ack`, `bb_vote`.
     ROS Publishers: `new_task`, `task_bc`, `task_assign`, `task_state`, `robot_status`,
         `bb_backup`, `bb_sync`, `bb_entries`, `bb_ack`, `bb_vote`, `/diagnostics`.
-    ROS Parameters: see config/blackboard.yaml.
+    ROS Parameters: see config/blackboard.yaml, and for `zenoh` `transport.make_talker`.
     """
     run_node("blackboard", _run)
 

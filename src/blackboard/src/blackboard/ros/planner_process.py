@@ -120,24 +120,33 @@ def _worked(process: int) -> float:
     return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
-class _LastWord:
-    """What the planner of the highest epoch has told last: the zones that are closed."""
+class LastWord:
+    """What the planner of the highest epoch has told last: the zones that are closed.
+
+    Args:
+        hive: Namespace of the hive, ending in a slash.
+        closed: The zones that are closed at first.
+        now: Returns the time [s].
+
+    ROS Subscribers: `traffic_state` (robot_description/TrafficState).
+    """
 
     def __init__(self, hive: str, closed: Sequence[str], now: Callable[[], float]) -> None:
         self.closed = closed
         self._epoch, self._at, self._now = 0, -math.inf, now
-        self._own: deque[rospy.Time] = deque(maxlen=_OWN)
+        self._own: deque[int] = deque(maxlen=_OWN)  # numbers, which one thread compares at once
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
     def _hear(self, msg: TrafficState) -> None:
-        if msg.header.stamp in self._own:
+        # Their node does not tell them apart: a relay in this process brings in what others say.
+        if msg.header.stamp.to_nsec() in self._own:
             return
         if msg.epoch >= self._epoch:
             self._epoch, self._at, self.closed = msg.epoch, self._now(), tuple(msg.closed)
 
     def note_own(self, stamp: rospy.Time) -> None:
         """Ignore a message of this member's, which it sends while no planner plans."""
-        self._own.append(stamp)
+        self._own.append(stamp.to_nsec())
 
     def at(self, epoch: int) -> float:
         """Return when a planner of an epoch was heard last [s]; -inf if it was not."""
@@ -155,7 +164,7 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
     zones = rospy.get_param(f"{hive}traffic_planner/zones", [])
     places = rospy.get_param(f"{hive}traffic_planner/places", [])
     shut = [zone.name for zone in zones_of(hive) if zone.closed]
-    last = _LastWord(hive, shut, talker.now)
+    last = LastWord(hive, shut, talker.now)
 
     def leads() -> int | None:
         return node.epoch if node.may_act() else None

@@ -70,7 +70,7 @@ def main() -> None:
     ROS Actions: client of the robot's `move_base` and, if it has an arm, `pick`. A process of its
         own cancels the goal of `move_base` when this one hangs or ends.
     ROS Parameters: `characteristics` of the robot and `charging` of the hive (its chargers and
-        thresholds); for all others see config/robot.yaml.
+        thresholds); `zenoh`, see `transport.make_talker`; for all others see config/robot.yaml.
     """
     run_node("robot", _run)
 

@@ -174,16 +174,16 @@ def _check_encrypted(endpoint: str) -> None:
 
 def _check_bare(endpoint: str) -> None:
     protocol, _, address = endpoint.partition("/")
-    host = address.rpartition(":")[0].strip("[]")
-    if protocol != "tcp" or not _is_loopback(host):
+    if protocol != "tcp" or not is_loopback(address.rpartition(":")[0]):
         raise SettingsError(
             f"endpoint {endpoint!r}; allowed without certificates: tcp/127.0.0.1:PORT. To reach "
             "other machines, make certificates with `hive certs`"
         )
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine reaches an address, which may be in brackets."""
     try:
-        return ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return False

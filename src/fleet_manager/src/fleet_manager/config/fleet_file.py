@@ -22,6 +22,7 @@ from blackboard.domain.settings import (
     TRAFFIC,
     ChargingSettings,
 )
+from blackboard.zenoh.session import is_loopback
 from hive_common.checked_yaml import error_at, named_at, read_all_mistakes
 from hive_common.errors import FileError
 from hive_common.geometry import Footprint, outline
@@ -300,6 +301,14 @@ def _members(fleet: Fleet) -> Iterator[FileError]:
     if seen and (missing := [name for name in expected if name not in seen]):
         problem = f"{', '.join(missing)} missing; say where each member is reached, or no member"
         yield error_at(fleet.path, ("zenoh", "members"), problem)
+    for index, member in enumerate(fleet.zenoh.members):
+        host = member.address.rpartition(":")[0]
+        if not fleet.zenoh.certificates and not is_loopback(host):
+            problem = (
+                f"'{member.address}' is reached from other machines; allowed without "
+                "`certificates`: 127.0.0.1:PORT. Make certificates with `hive certs`"
+            )
+            yield error_at(fleet.path, ("zenoh", "members", index, "address"), problem)
     for index, name in enumerate(fleet.zenoh.operators):
         if name in expected:
             problem = f"'{name}' is a member; an operator needs a name and certificate of its own"

@@ -37,7 +37,6 @@ SHOWN = tuple(
 )
 """What the hive says."""
 
-
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """What ROS allows as a part of a topic's name."""
 

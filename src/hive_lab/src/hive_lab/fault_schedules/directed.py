@@ -351,6 +351,7 @@ _LATE_PICK = _pick_after_a_restart(cancelled=10.07, checked=10.95)
 
 # T1 is cancelled when the next process drives to its place again.
 _DROPPED_PICK = _pick_after_a_restart(cancelled=10.3, checked=10.8)
+
 _CARRY = Task("T1", TaskType.GPAB, (Pose(1.0, 2.0), Pose(2.0, 2.0)), payload=2.0)
 
 
