@@ -27,6 +27,7 @@ from blackboard.process.link import Arrival
 from blackboard.zenoh.access import ALIVE, LISTENS, key_of
 from blackboard.zenoh.authenticity import Authenticity
 from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
+from blackboard.zenoh.user_timeout import end_dead_connections
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ MAX_SIZE = 8_000_000
 
 
 def open_session(config: Mapping[str, Any]) -> zenoh.Session:
-    """Open a session as `session.session_config` says.
+    """Open a session as `session.session_config` says; dead connections do not last.
 
     Raises:
         SettingsError: Zenoh cannot, for example because a port is taken; the text says why.
@@ -53,13 +54,15 @@ def open_session(config: Mapping[str, Any]) -> zenoh.Session:
     # The other lines tell only that a session was closed while it was being spoken to.
     zenoh.init_log_from_env_or("error,zenoh::api::session=off")
     try:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+        session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:
         ends = ", ".join(config["listen"]["endpoints"]) or "nowhere"
         raise SettingsError(
             f"Zenoh cannot start (it is to listen at: {ends}): {error}; give each process of a "
             "machine a port of its own, and an address of this machine"
         ) from None
+    end_dead_connections(session)
+    return session
 
 
 class ZenohLink:
