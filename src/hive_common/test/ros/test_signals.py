@@ -56,14 +56,22 @@ rospy.init_node = lambda *_, **__: None
 init_node("robot")
 rospy.is_shutdown = lambda: {state!r} == "shut down"
 rospy.core.is_shutdown_requested = lambda: {state!r} == "asked to"
-raise rospy.ROSException("publish() to a closed topic")
+def work():
+    raise rospy.ROSException("publish() to a closed topic")
+{how}
 """
+
+HOW = {
+    "the main thread": "work()",
+    "another thread": "import threading; threading.Thread(target=work).start()",
+}
 
 
 @pytest.mark.parametrize("state", ["works", "asked to", "shut down"])
-def test_what_the_main_thread_meets_in_the_shutdown_shows_no_traceback(state):
+@pytest.mark.parametrize("thread", HOW)
+def test_what_a_thread_meets_in_the_shutdown_shows_no_traceback(thread, state):
     done = subprocess.run(
-        [sys.executable, "-c", ENDS.format(state=state)],
+        [sys.executable, "-c", ENDS.format(state=state, how=HOW[thread])],
         capture_output=True,
         text=True,
         check=False,

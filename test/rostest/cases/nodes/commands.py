@@ -16,6 +16,7 @@ from blackboard.robot.drive_guard import DriveGuard
 from blackboard.robot.executor import CommandState
 from blackboard.ros.commands import MoveBaseCommand
 from hive_common.pose import Pose
+from hive_common.ros import action_servers
 from hive_lab.runner.limits import PATIENCE
 
 
@@ -40,7 +41,7 @@ def server():
     server = actionlib.SimpleActionServer(
         "move_base", MoveBaseAction, lambda _goal: server.set_succeeded(), auto_start=False
     )
-    server.start()
+    action_servers.start(server)
     return server
 
 

@@ -37,6 +37,7 @@ def init_node(name: str, *, anonymous: bool = False) -> None:
         signal.signal(each, shutdown.ask_for)
     atexit.register(shutdown.finish)
     sys.excepthook = _say_unless_shut_down
+    threading.excepthook = _say_of_threads_unless_shut_down
     threading.Thread(target=shutdown.wait_for_signal, name="signals", daemon=True).start()
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
 
@@ -52,6 +53,12 @@ def _say_unless_shut_down(
     """Print an error that ends the main thread, unless it was at work when its topics closed."""
     if not (issubclass(kind, rospy.ROSException) and is_shutting_down()):
         sys.__excepthook__(kind, error, trace)
+
+
+def _say_of_threads_unless_shut_down(what: threading.ExceptHookArgs) -> None:
+    """Do the same for another thread."""
+    if not (issubclass(what.exc_type, rospy.ROSException) and is_shutting_down()):
+        threading.__excepthook__(what)
 
 
 class _Shutdown:

@@ -15,6 +15,7 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction
 
+from hive_common.ros import action_servers
 from hive_common.ros.signals import init_node
 from hive_lab.live.fake_base import pose_message
 
@@ -38,7 +39,7 @@ class Bidder:
         self._server = actionlib.ActionServer(
             f"{namespace}/move_base", MoveBaseAction, _accept, _cancel, auto_start=False
         )
-        self._server.start()
+        action_servers.start(self._server)
 
 
 def _accept(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)

@@ -19,6 +19,7 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
 
+from hive_common.ros import action_servers
 from hive_common.ros.signals import init_node
 
 _LOOK_EVERY = 0.02  # time between two checks for a cancelled goal [s]
@@ -56,7 +57,7 @@ class FakeBase:
         self._server = actionlib.SimpleActionServer(
             f"{namespace}/move_base", MoveBaseAction, self._drive, auto_start=False
         )
-        self._server.start()
+        action_servers.start(self._server)
 
     def cancel_all(self) -> None:
         """End the current drive, as a base that loses power does."""
