@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections import ChainMap
 from typing import TYPE_CHECKING
 
 import rospy
@@ -17,6 +18,7 @@ from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
+from hive_navigation.control.catching_up import RECENT
 from hive_navigation.ros.fake_localization_node import FakeLocalization
 from robot_description.models import load_model
 from simenv.ros.spawning import spawn_each
@@ -47,11 +49,13 @@ class RosBase:
     def __init__(self, robot: str, inbox: Inbox) -> None:
         self.pose: Pose | None = None
         self.velocity = STOP
+        self._heard = f"{robot}/ground_truth"
+        self._measured: float | None = None  # when the pose was [s]
         # A simulator waits for commands that come once a period of simulated time.
         period = {"control_period": f"{CONTROL_PERIOD:.6f}"}
         self._cmd_vel = rospy.Publisher(f"{robot}/cmd_vel", Twist, queue_size=1, headers=period)
         rospy.Subscriber(
-            f"{robot}/ground_truth",
+            self._heard,
             Odometry,
             lambda message: inbox.put(lambda: self._hear(message)),
             queue_size=1,
@@ -62,7 +66,12 @@ class RosBase:
     def _hear(self, message: Odometry) -> None:
         twist = message.twist.twist
         self.pose = pose_from_msg(message.pose.pose)
+        self._measured = message.header.stamp.to_sec()
         self.velocity = Velocity(twist.linear.x, twist.linear.y, twist.angular.z)
+
+    def recent_until(self) -> dict[str, float]:
+        """Return until when the pose counts as recent [s]; see `CatchingUp`."""
+        return {} if self._measured is None else {self._heard: self._measured + RECENT}
 
     def command(self, velocity: Velocity) -> None:
         """Move like this until the next command."""
@@ -83,7 +92,7 @@ class _Member:
             address=address, version=version, map_id=map_id, rates=entry.rates, charge=entry.charge
         )
         FakeLocalization(RobotNames(rospy.get_namespace(), entry.name))
-        base = RosBase(entry.name, inbox)
+        self._base = base = RosBase(entry.name, inbox)
         model = load_model(entry.model)
         self.agv = SimulatedAgv(settings, model, base, self._link.send, time.time)
         rospy.Subscriber(
@@ -91,6 +100,10 @@ class _Member:
             String,
             lambda message: inbox.put(lambda: self._fault(message.data)),
         )
+
+    def recent_until(self) -> dict[str, float]:
+        """Return until when what it acts on counts as recent [s]; see `CatchingUp`."""
+        return self._base.recent_until()
 
     def start(self) -> None:
         """Connect to the broker."""
@@ -129,8 +142,12 @@ def _run() -> None:
     members = [_Member(entry, map_id, broker, inbox) for entry in entries]
     for member in members:
         member.start()
+
+    def recent_until() -> dict[str, float]:
+        return dict(ChainMap(*(member.recent_until() for member in members)))
+
     try:
-        keep_stepping([member.agv.step for member in members], inbox)
+        keep_stepping([member.agv.step for member in members], inbox, recent_until)
     finally:
         for member in members:
             member.stop()

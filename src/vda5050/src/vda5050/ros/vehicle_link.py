@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING, TypeVar
 
 import rospy
 
+from hive_navigation.control.catching_up import CatchingUp
 from vda5050.mqtt.link import BrokerSettings, Link, Will
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from hive_common.ros.inbox import Inbox
     from vda5050.protocol.topics import Address
@@ -69,16 +71,32 @@ class VehicleLink:
             self._endpoint.report.connected()
 
 
-def keep_stepping(steps: Sequence[Callable[[float], None]], inbox: Inbox) -> None:
-    """Let vehicles go on once a period of the clock, and hear in between, until shutdown."""
+def keep_stepping(
+    steps: Sequence[Callable[[float], None]],
+    inbox: Inbox,
+    recent_until: Callable[[], Mapping[str, float]] = dict,
+) -> None:
+    """Let vehicles go on once a period of the clock, and hear in between, until shutdown.
+
+    Args:
+        steps: Each lets a vehicle go on to a time [s].
+        inbox: What the vehicles hear.
+        recent_until: Says what vehicles in a simulation act on, see `CatchingUp.wait`. They wait
+            for what is late, because they steer by where they were told that they are.
+    """
     rounds = -1
+    catching_up = CatchingUp(rospy.get_time, time.monotonic)
     while not rospy.is_shutdown():
         inbox.wait(_LISTEN)
         now = rospy.get_time()
-        if round_at(now) != rounds:
-            rounds = round_at(now)
-            for step in steps:
-                step(now)
+        if round_at(now) == rounds:
+            continue
+        rounds = round_at(now)
+        late = catching_up.wait(recent_until, inbox.wait)
+        if late:
+            rospy.logwarn_throttle(10, f"nothing recent came in time on {', '.join(late)}")
+        for step in steps:
+            step(now)
 
 
 def round_at(now: float) -> int:
