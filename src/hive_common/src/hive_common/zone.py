@@ -21,6 +21,8 @@ from hive_common.structuring import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
     from numpy.typing import NDArray
 
 ONE_WAY = "one-way"
@@ -104,6 +106,16 @@ def inside(corners: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "ND
     crossed = spans & (x < corners[:, 0] + share * (ahead[:, 0] - corners[:, 0]))
     found: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
     return found
+
+
+def with_closed(zones: "Iterable[Zone]", closed: "Collection[str]") -> tuple[Zone, ...]:
+    """Return zones of which those with these names are closed, and no others."""
+    return tuple(attrs.evolve(each, closed=each.name in closed) for each in zones)
+
+
+def keeping_out(zones: "Iterable[Zone]") -> tuple[Zone, ...]:
+    """Return those of some zones that no part of a robot may enter now."""
+    return tuple(each for each in zones if each.closed or each.kind == KEEP_OUT)
 
 
 def _area(corners: tuple[Corner, ...]) -> float:

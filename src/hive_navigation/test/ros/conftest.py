@@ -29,7 +29,7 @@ try:
     from hive_common.ros.names import RobotNames
     from hive_navigation.control.goal_tracker import NavigationSettings
     from hive_navigation.mapf.route import PlanNumber, Route, Wait
-    from hive_navigation.planning.ompl_planner import OmplPlanner
+    from hive_navigation.planning.zoned_planner import ZonedPlanner
     from hive_navigation.ros import move_base_node
     from hive_navigation.ros.conversions import routes_from_msg, routes_to_msg
     from hive_navigation.ros.move_base_node import MoveBase
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
     from geometry_msgs.msg import TransformStamped
 
+    from hive_common.zone import Zone
     from hive_navigation.traffic.right_of_way import Announcement
 
 SIDE = 10.0  # of the hall, which has a wall of 0.2 m around it [m]
@@ -143,6 +144,7 @@ class Robot:
             every=lambda _, act: setattr(self, "_round", act),
             when_set_back=lambda act: setattr(self, "_begin_anew", act),
             when_map_changes=lambda act: setattr(self, "_change_map", act),
+            when_zones_change=lambda act: setattr(self, "_change_zones", act),
             map=self.map,
             catch_up_with=lambda until: setattr(self, "_recent_until", until),
         )
@@ -158,8 +160,13 @@ class Robot:
         self._use(grid)
         self._change_map()
 
+    def change_zones(self, *zones: Zone) -> None:
+        """Have the traffic planner tell of other zones."""
+        self._planner.use(self._planner.around(zones))
+        self._change_zones()
+
     def _use(self, grid: GridMap) -> None:
-        self._planner = OmplPlanner(grid, self.model.base.circumscribed_radius)
+        self._planner = ZonedPlanner(grid, self.model.base.circumscribed_radius)
         self.map.checksum = checksum_of(grid)
 
     def set_clock_back(self, now: float) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `move_base` does when another map is served."""
+"""What `move_base` does when another map is served, or zones close."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ pytest.importorskip("ompl")
 from hive_common.grid_map import GridMap
 from hive_common.map_id import checksum_of
 from hive_common.pose import STOP
+from hive_common.zone import NO_STOPPING, Zone
 
 
 def with_a_shelf(hall):
@@ -62,3 +63,14 @@ def test_move_base_tells_which_map_it_uses(robot) -> None:
         ("move_base", checksum_of(robot.hall)),
         ("move_base", checksum_of(with_a_shelf(robot.hall))),
     ]
+
+
+def test_a_robot_under_way_plans_around_a_zone_that_is_closed(robot) -> None:
+    across = ((4.5, 0.0), (5.5, 0.0), (5.5, 6.0), (4.5, 6.0))
+    robot.send(8.0, 2.0)
+    robot.drive(1.0)
+    robot.change_zones(Zone(name="middle", kind=NO_STOPPING, corners=across, closed=True))
+    robot.drive(1.0)
+    after = robot.published["/robot1/move_base/plan"][-1].poses
+
+    assert max(pose.pose.position.y for pose in after) > 6.0

@@ -70,6 +70,7 @@ def looped(monkeypatch):
         for name in ("Publisher", "Subscriber"):
             monkeypatch.setattr(rospy, name, lambda *_, **__: None)
         monkeypatch.setattr(surroundings, "Transforms", lambda **_: None)
+        monkeypatch.setattr(surroundings, "zones_of", lambda _: ())
         # Other tests in this process may have told rospy a simulated time.
         monkeypatch.setattr(rospy.rostime, "is_wallclock", lambda: True)
         monkeypatch.setattr(rospy, "get_time", lambda: time.now)
@@ -143,6 +144,7 @@ class Loop:
         for name in ("Publisher", "Subscriber"):
             monkeypatch.setattr(rospy, name, lambda *_, **__: topic)
         monkeypatch.setattr(surroundings, "Transforms", lambda **_: None)
+        monkeypatch.setattr(surroundings, "zones_of", lambda _: ())
         monkeypatch.setattr(surroundings, "traffic_to_msg", lambda *_: None)
         monkeypatch.setattr(rospy.rostime, "is_wallclock", lambda: not simulated)
         monkeypatch.setattr(rospy, "get_time", lambda: self.now)

@@ -11,11 +11,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import attrs
 import numpy as np
 
 from hive_common.pose import Pose
-from hive_common.zone import KEEP_OUT, ONE_WAY, SLOW, inside
+from hive_common.zone import KEEP_OUT, ONE_WAY, SLOW, inside, keeping_out, with_closed
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
@@ -77,9 +76,8 @@ class TrafficConditions:
     def is_shut(self, points: Array) -> NDArray[np.bool_]:
         """Return where no part of a robot may be; `points` (n, 2), frame map [m]."""
         shut = np.zeros(len(points), dtype=np.bool_)
-        for zone in self.zones:
-            if zone.closed or zone.kind == KEEP_OUT:
-                shut |= inside(np.array(zone.corners), points)
+        for zone in keeping_out(self.zones):
+            shut |= inside(np.array(zone.corners), points)
         return shut
 
     def lost_time(self, points: Array) -> Array:
@@ -134,7 +132,7 @@ class HeardTraffic:
             slow: Where robots lose time; None if nobody has measured that.
         """
         before = self.conditions
-        zones = tuple(attrs.evolve(each, closed=each.name in closed) for each in before.zones)
+        zones = with_closed(before.zones, closed)
         counted = before.slow
         is_due = now - self._delays_at >= DELAYS_PERIOD
         if slow is not None and (is_due or zones != before.zones):

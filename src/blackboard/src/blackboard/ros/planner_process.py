@@ -24,8 +24,8 @@ from robot_description.msg import TrafficState
 from std_msgs.msg import Header
 
 from blackboard.board.planner_keeper import PlannerKeeper, Progress
-from blackboard.ros.traffic_told import zones_of
 from hive_common.resources import node_file
+from hive_common.ros.zones import zones_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

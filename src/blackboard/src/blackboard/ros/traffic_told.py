@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import rospy
 from robot_description.msg import TrafficState
 
-from blackboard.costing.traffic_conditions import NO_TRAFFIC, HeardTraffic, SlowPlace
-from hive_common.errors import ParameterError
-from hive_common.ros.params import structured
-from hive_common.zone import Zone
+from blackboard.costing.traffic_conditions import HeardTraffic, SlowPlace
+from hive_common.newest_epoch import NewestEpoch
+from hive_common.ros.zones import zones_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,7 +35,7 @@ class TrafficTold:
     ) -> None:
         self._now, self._use = now, use
         self._heard = HeardTraffic(zones_of(hive))
-        self._epoch = 0
+        self._newest = NewestEpoch()
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
     @property
@@ -45,18 +44,9 @@ class TrafficTold:
         return self._heard.conditions
 
     def _hear(self, msg: TrafficState) -> None:
-        if msg.epoch < self._epoch:
+        if not self._newest.admits(msg.epoch, self._now()):
             return
-        self._epoch = msg.epoch
         slow = [SlowPlace(each.place.x, each.place.y, each.delay) for each in msg.slowest]
         # Where no traffic planner plans, nobody measures delays, and the last ones stay.
         if self._heard.hear(self._now(), msg.closed, None if msg.status else slow):
             self._use(self.conditions)
-
-
-def zones_of(hive: str) -> tuple[Zone, ...]:
-    """Return the hive's zones; none where they are not allowed, as the traffic planner says."""
-    try:
-        return structured(f"{hive}traffic_planner/zones", tuple[Zone, ...], [])
-    except ParameterError:
-        return NO_TRAFFIC.zones

@@ -19,7 +19,6 @@ from blackboard.auction.decision_log import read_decisions
 from blackboard.errors import JournalError, SettingsError
 from blackboard.ros.master_watch import MasterState, MasterWatch
 from blackboard.ros.membership import journal_folder
-from blackboard.ros.traffic_told import zones_of
 from fleet_manager.desk.facts import (
     DecisionRead,
     LinkChange,
@@ -36,6 +35,7 @@ from fleet_manager.ros.map_topics import MapTopics
 from fleet_manager.ros.place_parameter import hive_places
 from fleet_manager.ros.troubles import Troubles
 from hive_common.ros.links import mend_links
+from hive_common.ros.zones import zones_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -141,6 +141,10 @@ class Navigator:
         A robot without a route plans anew, because its path may lead around them.
         """
         self._memory = ObstacleMemory()
+        self.plan_unless_guided()
+
+    def plan_unless_guided(self) -> None:
+        """Plan to the goal again if the robot has planned its path itself."""
         if self._tracker is not None and self._keeper.route is None and not self._moving_aside:
             self.plan_again()
 

@@ -129,6 +129,7 @@ class MoveBase:
         )
         self._surroundings.when_set_back(self._begin_anew)
         self._surroundings.when_map_changes(self._change_map)
+        self._surroundings.when_zones_change(self._plan_again)
         self._map_teller.tell(self._surroundings.map.checksum)
         self._surroundings.catch_up_with(self._senses.recent_until)
         self._surroundings.every(1 / self._settings.control_rate, self._round)
@@ -141,6 +142,9 @@ class MoveBase:
         self._senses.forget()
         if goal is not None:
             self._navigator.set_goal(goal, rospy.get_time())
+
+    def _plan_again(self) -> None:
+        self._navigator.plan_unless_guided()
 
     def _change_map(self) -> None:
         """Go on to the goal on a new map, without what was planned on the old one."""

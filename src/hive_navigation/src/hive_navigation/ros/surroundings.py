@@ -8,18 +8,22 @@ A process of one robot shares with nobody; one that hosts many (docs/decisions/0
 from __future__ import annotations
 
 import math
+import threading
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import rospy
-from robot_description.msg import Routes, Traffic
+from robot_description.msg import Routes, Traffic, TrafficState
 
+from hive_common.newest_epoch import NewestEpoch
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from hive_common.ros.transforms import Transforms
+from hive_common.ros.zones import zones_of
+from hive_common.zone import with_closed
 from hive_navigation.control.catching_up import ANNOUNCED, CatchingUp
-from hive_navigation.planning.ompl_planner import OmplPlanner
+from hive_navigation.planning.zoned_planner import ZonedPlanner
 from hive_navigation.ros.conversions import (
     routes_from_msg,
     traffic_from_msg,
@@ -29,10 +33,11 @@ from hive_navigation.ros.map_topic import MapTopic
 from hive_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from hive_common.grid_map import GridMap
     from hive_navigation.mapf.route import Route
+    from hive_navigation.planning.zoned_planner import AroundZones
     from hive_navigation.traffic.right_of_way import Announcement
 
 
@@ -53,8 +58,10 @@ class Surroundings:
         map: The map; see `when_map_changes`.
 
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic),
-        `routes` (robot_description/Routes), of the hive; tf.
+        `routes` (robot_description/Routes), `traffic_state` (robot_description/TrafficState), of
+        the hive; tf.
     ROS Publishers: `traffic`.
+    ROS Parameters: `traffic_planner/zones` of the hive, read once.
     """
 
     def __init__(self, hive: str) -> None:
@@ -65,43 +72,77 @@ class Surroundings:
         self._hive = hive
         self.map = MapTopic(hive)
         self.map.follow(self._take_map)
-        self._planners: dict[float, OmplPlanner] = {}
+        self._planners: dict[float, ZonedPlanner] = {}
+        self._preparing = threading.Lock()  # for what threads of rospy's prepare
+        self._prepared: dict[float, ZonedPlanner] = {}  # for the newest map
+        self._zones = zones_of(hive)
+        self._newest = NewestEpoch()
         self._rounds: list[_Rounds] = []
         self._route_takers: list[Callable[[tuple[Route, ...]], None]] = []
         self._was_set_back = SetBack(rospy.get_time)
         self._anew: list[Callable[[], None]] = []
         self._on_map: list[Callable[[], None]] = []
+        self._on_zones: list[Callable[[], None]] = []
         self._own: set[str] = set()  # the robots of this process that have announced themselves
         self._catching_up = CatchingUp(rospy.get_time, time.monotonic)
         self._senses: list[Callable[[], dict[str, float]]] = []
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
         rospy.Subscriber(f"{hive}routes", Routes, self._hear_routes, queue_size=10)
+        state = f"{hive}traffic_state"
+        rospy.Subscriber(state, TrafficState, self._hear_state, queue_size=1)
 
-    def planner(self, radius: float) -> OmplPlanner:
+    def planner(self, radius: float) -> ZonedPlanner:
         """Return the planner for robots of a radius [m]; wait for the map the first time.
 
         Raises:
             rospy.ROSInterruptException: The node was shut down.
         """
         if radius not in self._planners:
-            self._planners[radius] = OmplPlanner(self.map.chart().free_or_blocked(), radius)
+            grid = self.map.chart().free_or_blocked()
+            with self._preparing:
+                made = ZonedPlanner(grid, radius, self._zones)
+                self._planners[radius] = self._prepared[radius] = made
         return self._planners[radius]
 
     def when_map_changes(self, action: Callable[[], None]) -> None:
         """Have the control loop do something as soon as `planner` returns those of a new map."""
         self._on_map.append(action)
 
+    def when_zones_change(self, action: Callable[[], None]) -> None:
+        """Have the control loop do something as soon as planners plan around other zones."""
+        self._on_zones.append(action)
+
     def _take_map(self, chart: GridMap) -> None:
         """Prepare for a new map while the control loop goes on with the old one."""
         grid = chart.free_or_blocked()
-        planners = {radius: OmplPlanner(grid, radius) for radius in self._planners}
-        self.inbox.put(lambda: self._change_map(planners))
+        with self._preparing:
+            made = {radius: ZonedPlanner(grid, radius, self._zones) for radius in self._planners}
+            self._prepared = made
+        self.inbox.put(lambda: self._change_map(made))
 
-    def _change_map(self, planners: dict[float, OmplPlanner]) -> None:
+    def _change_map(self, planners: dict[float, ZonedPlanner]) -> None:
         rospy.loginfo("plans on a new map from now on")
         self._planners = planners
         for action in self._on_map:
+            action()
+
+    def _hear_state(self, msg: TrafficState) -> None:
+        """Prepare for other zones in the same way as for another map."""
+        if not self._newest.admits(msg.epoch, rospy.get_time()):
+            return
+        zones = with_closed(self._zones, msg.closed)
+        if zones == self._zones:
+            return
+        with self._preparing:
+            self._zones = zones
+            around = [(each, each.around(zones)) for each in self._prepared.values()]
+        self.inbox.put(lambda: self._change_zones(around))
+
+    def _change_zones(self, around: Sequence[tuple[ZonedPlanner, AroundZones | None]]) -> None:
+        for planner, zones in around:
+            planner.use(zones)
+        for action in self._on_zones:
             action()
 
     def announce(self, announcement: Announcement, frame: str) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import attrs
 import rospy
 
 from hive_common.errors import ParameterError
 from hive_common.landmark import Landmark
 from hive_common.ros.params import structured, whole_number
-from hive_common.zone import Zone
+from hive_common.zone import Zone, with_closed
 from hive_navigation.ros.conversions import HIGHEST_EPOCH
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ class TrafficParameters(NamedTuple):
         closed = _closed([zone.name for zone in zones if zone.closed])
         return cls(
             epoch=whole_number("epoch", least=1, most=HIGHEST_EPOCH, default=1),
-            zones=tuple(attrs.evolve(zone, closed=zone.name in closed) for zone in zones),
+            zones=with_closed(zones, closed),
             landmarks=structured("~places", tuple[Landmark, ...], []),
         )
 

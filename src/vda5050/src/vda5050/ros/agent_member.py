@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from blackboard.ros.path_lengths import RosPathLengths
     from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
-    from hive_navigation.planning.ompl_planner import OmplPlanner
+    from hive_navigation.planning.zoned_planner import ZonedPlanner
     from hive_navigation.ros.surroundings import Surroundings
     from vda5050.mqtt.link import Link
     from vda5050.protocol.codec import Body
@@ -103,7 +103,7 @@ class AgentMember:
         self._inspector = Inspector(
             self.address, version, time.time, self.agv.keeper.knows, rospy.logwarn
         )
-        self._make_navigator: Callable[[OmplPlanner], Navigator] = lambda planner: Navigator(
+        self._make_navigator: Callable[[ZonedPlanner], Navigator] = lambda planner: Navigator(
             entry.name, model, planner, self.agv.follower, planner.field, settings
         )
         self._map_teller = MapTeller(names, "vda5050_agent")
@@ -112,6 +112,7 @@ class AgentMember:
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
         )
         surroundings.when_map_changes(lambda: self._plan_with(surroundings.planner(self._radius)))
+        surroundings.when_zones_change(self._plan_again)
         self._robot: Robot | None = None
         self._talker: MemberTalker | None = None
         self._battery: MeasuredBattery | None = None
@@ -125,7 +126,10 @@ class AgentMember:
         rospy.Subscriber(names.of("pause"), Bool, self._pause, queue_size=1)
         rospy.Subscriber(names.of("initialpose"), PoseWithCovarianceStamped, self._place)
 
-    def _plan_with(self, planner: OmplPlanner) -> None:
+    def _plan_again(self) -> None:
+        self._navigator.plan_unless_guided()
+
+    def _plan_with(self, planner: ZonedPlanner) -> None:
         """Plan on the map of a planner from now on; a goal that there is stays."""
         self._navigator = self._make_navigator(planner)
         self.agv.use(self._navigator, planner.field)
