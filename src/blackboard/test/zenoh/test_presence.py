@@ -3,24 +3,33 @@
 
 import pytest
 
+from blackboard.process.death import Answer
 from blackboard.zenoh.presence import Presence, Token
 
 ROBOT2 = Token("robot2", "5e55", "10.0.0.2:7447")
 
 
 class Machines:
-    """To which hosts there are connections, which of them refuse, and whose death was told."""
+    """To which hosts there are connections, what they answer, and whose death was told.
 
-    def __init__(self, connected=None, refuses=True):
+    Attributes:
+        connected: The hosts, by the ids of sessions.
+        answer: What a port answers.
+        asked: The addresses that were asked.
+        open: How many are being asked.
+        died: Whose death was told.
+    """
+
+    def __init__(self, connected=None, answer=Answer.REFUSES):
         self.connected = {"5e55": "10.0.0.2"} if connected is None else connected
-        self.refuses = refuses
-        self.asked, self.died = [], []
-        self.presence = Presence(lambda: self.connected, self._has_ended)
-        self.presence.watch("/robot1/robot", "robot2", lambda: self.died.append("robot2"))
+        self.answer = answer
+        self.asked, self.open, self.died = [], 0, []
+        self.presence = Presence(lambda: self.connected, lambda *address: Probe(self, address))
+        self.watch("robot2")
 
-    def _has_ended(self, host, port):
-        self.asked.append((host, port))
-        return self.refuses
+    def watch(self, sender):
+        """Watch a process in place of any other."""
+        self.presence.watch("/robot1/robot", sender, lambda: self.died.append(sender))
 
     def lose(self, token=ROBOT2):
         """Let a process be there when it is looked at, and then vanish."""
@@ -30,12 +39,27 @@ class Machines:
         self.presence.check()
 
 
+class Probe:
+    """Asks one of the machines."""
+
+    def __init__(self, machines, address):
+        self._machines, self._address = machines, address
+        machines.open += 1
+
+    def look(self):
+        self._machines.asked.append(self._address)
+        return self._machines.answer
+
+    def close(self):
+        self._machines.open -= 1
+
+
 def test_a_process_has_died_whose_token_is_gone_and_whose_address_refuses():
     machines = Machines()
     machines.lose()
 
     assert machines.died == ["robot2"]
-    assert machines.asked == [("10.0.0.2", 7447)]
+    assert (machines.asked, machines.open) == ([("10.0.0.2", 7447)], 0)
 
 
 def test_a_death_is_told_once():
@@ -46,12 +70,13 @@ def test_a_death_is_told_once():
     assert machines.died == ["robot2"]
 
 
-def test_a_machine_that_does_not_answer_proves_nothing_until_it_refuses():
-    machines = Machines(refuses=False)
+@pytest.mark.parametrize("answer", [Answer.NONE, Answer.ACCEPTS])
+def test_a_machine_that_does_not_refuse_proves_nothing_until_it_does(answer):
+    machines = Machines(answer=answer)
     machines.lose()
     assert machines.died == []
 
-    machines.refuses = True
+    machines.answer = Answer.REFUSES
     machines.presence.check()
     assert machines.died == ["robot2"]
 
@@ -64,9 +89,10 @@ def test_a_machine_that_does_not_answer_proves_nothing_until_it_refuses():
         ({"another": "10.0.0.2"}, ROBOT2),
         ({"5e55": "10.0.0.2"}, Token("robot2", "5e55")),
         ({"5e55": "10.0.0.2"}, Token("robot2", "5e55", "10.0.0.2:port")),
+        ({"5e55": "10.0.0.2"}, Token("robot2", "5e55", "10.0.0.2:70000")),
         ({"5e55": ""}, Token("robot2", "5e55", ":7447")),
     ],
-    ids=["router", "translated", "another session", "no address", "no port", "no host"],
+    ids=["router", "translated", "another one", "no address", "no port", "too high", "no host"],
 )
 def test_an_address_that_may_be_that_of_another_machine_proves_nothing(connected, token):
     machines = Machines(connected)
@@ -95,6 +121,22 @@ def test_only_the_process_that_a_watcher_named_last_is_watched():
     machines.lose()
 
     assert machines.died == []
+
+
+def test_nobody_is_asked_whose_token_is_back_or_who_is_watched_no_more():
+    machines = Machines(answer=Answer.NONE)
+    machines.lose()
+    assert machines.open == 1
+
+    machines.presence.appear(ROBOT2)
+    machines.presence.check()
+    assert machines.open == 0
+
+    machines.presence.vanish(ROBOT2)
+    machines.presence.check()
+    machines.watch("robot3")
+    machines.presence.check()
+    assert (machines.open, machines.died) == (0, [])
 
 
 def test_an_address_of_version_6_is_asked_without_its_brackets():

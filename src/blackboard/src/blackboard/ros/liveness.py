@@ -6,12 +6,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from blackboard.process.death import refuses
+from blackboard.process.death import Answer, PortProbe
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import rospy
+
+    from blackboard.process.death import Probe
 
 PERIOD = 0.03
 """Time between two checks of the connection [s]; rospy closes it about 25 ms after `kill -9`."""
@@ -23,14 +25,22 @@ class LivenessWatch:
     The connection tells the node's port while it lasts, so this needs no ROS master.
     """
 
-    def __init__(self, subscriber: rospy.Subscriber) -> None:
+    def __init__(
+        self,
+        subscriber: rospy.Subscriber,
+        probe: Callable[[str, int], Probe] = PortProbe,
+    ) -> None:
+        """Watch by a subscriber's connection; `probe` returns what asks a port of a host."""
         self._subscriber = subscriber
+        self._make_probe = probe
         self._member = ""
         self._died: Callable[[], None] | None = None
         self._uri = ""
+        self._probe: Probe | None = None
 
     def watch(self, member: str, died: Callable[[], None]) -> None:
         """Watch the node of that name instead of the previous one."""
+        self._stop()
         self._member, self._died, self._uri = member, died, ""
 
     def check(self) -> None:
@@ -39,8 +49,10 @@ class LivenessWatch:
             return
         uri = self._connected_to()
         if uri:
+            self._stop()
             self._uri = uri
-        elif self._uri and _refuses(self._uri):
+        elif self._uri and self._refuses():
+            self._stop()
             died, self._died = self._died, None
             died()
 
@@ -52,7 +64,13 @@ class LivenessWatch:
                 return str(each.endpoint_id)
         return ""
 
+    def _refuses(self) -> bool:
+        if self._probe is None:
+            address = urlsplit(self._uri)
+            self._probe = self._make_probe(address.hostname or "", address.port or 0)
+        return self._probe.look() is Answer.REFUSES
 
-def _refuses(uri: str) -> bool:
-    address = urlsplit(uri)
-    return refuses(address.hostname or "", address.port or 0)
+    def _stop(self) -> None:
+        if self._probe is not None:
+            self._probe.close()
+            self._probe = None

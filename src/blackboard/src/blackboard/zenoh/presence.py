@@ -12,13 +12,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.process.death import refuses
+from blackboard.process.death import Answer, PortProbe
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from blackboard.process.death import Probe
+
 NO_ADDRESS = "-"
 """In the token of a session that others cannot connect to."""
+
+_HIGHEST_PORT = 65_535
 
 PERIOD = 0.03
 """Time between two checks whether a watched process has ended [s]."""
@@ -58,16 +62,16 @@ class Presence:
 
     Args:
         hosts_of: Returns the hosts that this session is connected to, by the ids of sessions.
-        has_ended: Returns whether a host refuses connections to a port.
+        probe: Returns what asks a port of a host.
     """
 
     def __init__(
         self,
         hosts_of: Callable[[], dict[str, str]],
-        has_ended: Callable[[str, int], bool] = refuses,
+        probe: Callable[[str, int], Probe] = PortProbe,
     ) -> None:
         self._hosts_of = hosts_of
-        self._has_ended = has_ended
+        self._probe = probe
         self._here: dict[str, Token] = {}
         self._watches: dict[str, _Watch] = {}
 
@@ -82,6 +86,8 @@ class Presence:
 
     def watch(self, watcher: str, sender: str, died: Callable[[], None]) -> None:
         """Call once when a process has ended; see `process.link.Link.watch`."""
+        if watcher in self._watches:
+            self._watches[watcher].stop()
         self._watches[watcher] = _Watch(sender, died)
 
     def check(self) -> None:
@@ -89,8 +95,10 @@ class Presence:
         for watcher, watch in tuple(self._watches.items()):
             token = self._here.get(watch.sender)
             if token is not None:
+                watch.stop()
                 self._note_address(watch, token)
-            elif watch.address is not None and self._has_ended(*watch.address):
+            elif watch.address is not None and self._refuses(watch, *watch.address):
+                watch.stop()
                 del self._watches[watcher]
                 watch.died()
 
@@ -100,8 +108,14 @@ class Presence:
             return
         watch.token, watch.address = token, None
         host, _, port = token.address.rpartition(":")
-        if host and port.isdecimal() and self._hosts_of().get(token.session) == host:
+        is_port = port.isdecimal() and 0 < int(port) <= _HIGHEST_PORT
+        if host and is_port and self._hosts_of().get(token.session) == host:
             watch.address = (host.strip("[]"), int(port))
+
+    def _refuses(self, watch: _Watch, host: str, port: int) -> bool:
+        if watch.probe is None:
+            watch.probe = self._probe(host, port)
+        return watch.probe.look() is Answer.REFUSES
 
 
 @dataclass
@@ -110,3 +124,10 @@ class _Watch:
     died: Callable[[], None]
     token: Token | None = None
     address: tuple[str, int] | None = None
+    probe: Probe | None = None  # while the token is gone
+
+    def stop(self) -> None:
+        """Ask no more."""
+        if self.probe is not None:
+            self.probe.close()
+            self.probe = None
