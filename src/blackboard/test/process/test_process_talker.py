@@ -7,11 +7,14 @@ import pytest
 
 pytest.importorskip("blackboard.msg", reason="the codec needs generated messages")
 
+import genpy
+
 from blackboard.codec.tables import WIRES
 from blackboard.consensus.messages import AppendReply
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.talker import BB_ACK, SET_STATE, TASK_STATE
 from blackboard.domain.task import TaskState
+from blackboard.process.backlog import MOST
 from blackboard.process.link import Arrival
 from blackboard.process.speakers import Speakers
 from blackboard.process.talker import ProcessTalker
@@ -163,6 +166,29 @@ def test_a_message_that_cannot_be_read_is_refused(host):
     assert list(host.heard.values()) == [[]] * 3
     assert host.talker.refusals.total == 1
     assert "it is cut off" in host.runtime.warnings[0]
+
+
+def test_bytes_that_are_no_message_are_refused_with_who_has_sent_them(host):
+    def read():
+        raise genpy.DeserializationError("unpack requires a buffer of 4 bytes")
+
+    host.talker.receive(Arrival(TASK_STATE, TASK_STATE, "/blackboard", read))
+    host.work_off()
+
+    assert "/blackboard sends bytes that are no TaskState" in host.runtime.warnings[0]
+
+
+def test_of_what_a_process_says_only_so_much_waits_and_others_are_heard_all_the_same(host):
+    for _ in range(MOST + 7):
+        host.link.deliver(UPDATE, "/flood")
+    host.link.deliver(UPDATE, "/blackboard")
+    host.work_off()
+
+    assert len(host.heard["r1"]) == MOST + 1
+    assert host.talker.refusals.by_topic() == {TASK_STATE: 7}
+    assert host.runtime.warnings == [
+        "7 messages on task_state were refused so far: /flood says more than is read here"
+    ]
 
 
 def test_a_message_that_the_link_refuses_reaches_nobody(host):

@@ -10,12 +10,14 @@ import os
 import subprocess
 import sys
 
+from blackboard.msg import TaskState
 from launching import wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
 from hive_common.resources import node_file
 from hive_lab.live.live_hive import LiveHive
+from hive_lab.live.live_operator import make_task
 
 MASTER = "http://127.0.0.1:11311"
 PORT = 7447
@@ -65,19 +67,25 @@ class LiveSite(LiveHive):
         network: With a host for each member, by the name of its robot; `blackboard` for the node
             that has none.
         drive: Duration of each drive [s].
+        strangers: Who else has a certificate: roles by names.
         further: As those of `LiveHive`.
+
+    Attributes:
+        certificates: The site's authority.
     """
 
-    def __init__(self, folder, network, drive, **further):
+    def __init__(self, folder, network, drive, strangers=None, **further):
         self._network = network
         self._drive = drive
         self._more = {}
-        self._site = Site.new(folder / "site")
+        self.certificates = Site.new(folder / "site")
         super().__init__(folder, **further)
-        self._site.add("blackboard", Role.BLACKBOARD)
+        self.certificates.add("blackboard", Role.BLACKBOARD)
         for robot in self.robots:
-            self._site.add(robot, Role.ROBOT)
-        self._site.add("laptop", Role.OPERATOR)
+            self.certificates.add(robot, Role.ROBOT)
+        self.certificates.add("laptop", Role.OPERATOR)
+        for name, role in (strangers or {}).items():
+            self.certificates.add(name, role)
 
     @property
     def hosts(self):
@@ -102,15 +110,20 @@ class LiveSite(LiveHive):
         own = {
             "listen": [self._endpoint(host)],
             "connect": [self._endpoint(each) for each in self.hosts[:place]],
-            "certificates": str(self._site.folder_of(host)),
+            "certificates": str(self.certificates.folder_of(host)),
         }
         return {**self._parameters, "/zenoh": own}
+
+    @property
+    def endpoints(self):
+        """Where all members are reached, as Zenoh writes it."""
+        return tuple(self._endpoint(host) for host in self.hosts)
 
     def operator_parameters(self):
         """Return the parameter `zenoh` of the operator's gateway."""
         return {
-            "connect": [self._endpoint(host) for host in self.hosts],
-            "certificates": str(self._site.folder_of("laptop")),
+            "connect": list(self.endpoints),
+            "certificates": str(self.certificates.folder_of("laptop")),
         }
 
     def start_all(self):
@@ -184,6 +197,29 @@ class LiveSite(LiveHive):
             self._more[name] = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment
             )
+
+
+def post(operator, word, count):
+    """Post tasks, and return their ids."""
+    tasks = [make_task(f"{word}-{x}", (float(x), 1.0)) for x in range(count)]
+    for task in tasks:
+        operator.post(task)
+    return [task.id for task in tasks]
+
+
+def doers(operator, tasks):
+    """Return who has done tasks, once all are done, each under one assignment."""
+    operator.demand(
+        lambda: all(operator.state_of(task) == TaskState.DONE for task in tasks),
+        "all tasks are done",
+    )
+    by = set()
+    for task in tasks:
+        done = [each for each in operator.updates[task] if each.state == TaskState.DONE]
+        # The robot tells it, and the leader too; both name the assignment.
+        ((robot, _),) = {(each.robot_id, each.assignment) for each in done}
+        by.add(robot)
+    return by
 
 
 def is_local(address):

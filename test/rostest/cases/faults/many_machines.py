@@ -10,10 +10,10 @@ import time
 
 import pytest
 import rospy
-from blackboard.msg import RobotStatus, TaskState
+from blackboard.msg import RobotStatus
 from launching import run_hive
 from live_network import LiveNetwork, NoNetworkError
-from live_site import ALONE, LiveSite, is_local
+from live_site import ALONE, LiveSite, doers, is_local, post
 
 from hive_lab.live.live_hive import own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
@@ -63,29 +63,6 @@ def operator(site, network):
     yield site.operator
     site.operator.forget_answers()
     network.heal()
-
-
-def post(operator, word, count):
-    """Post tasks, and return their ids."""
-    tasks = [make_task(f"{word}-{x}", (float(x), 1.0)) for x in range(count)]
-    for task in tasks:
-        operator.post(task)
-    return [task.id for task in tasks]
-
-
-def doers(operator, tasks):
-    """Return who has done tasks, once all are done, each under one assignment."""
-    operator.demand(
-        lambda: all(operator.state_of(task) == TaskState.DONE for task in tasks),
-        "all tasks are done",
-    )
-    by = set()
-    for task in tasks:
-        done = [each for each in operator.updates[task] if each.state == TaskState.DONE]
-        # The robot tells it, and the leader too; both name the assignment.
-        ((robot, _),) = {(each.robot_id, each.assignment) for each in done}
-        by.add(robot)
-    return by
 
 
 def test_tasks_that_are_posted_at_the_gateway_are_done(operator):

@@ -46,16 +46,17 @@ class Refusals:
             sums[topic] = sums.get(topic, 0) + count
         return sums
 
-    def refuse(self, topic: str, reason: str) -> None:
-        """Count a refused message of a topic; the reason is in words for a person."""
+    def refuse(self, topic: str, reason: str, count: int = 1) -> None:
+        """Count some refused messages of a topic; the reason is in words for a person."""
         key = (topic, reason[:MAX_REASON])
         if key not in self._counts and len(self._counts) >= MAX_REASONS:
             key = (topic, OTHERS)
-        count = self._counts[key] = self._counts.get(key, 0) + 1
-        if count == 1:
+        before = self._counts.get(key, 0)
+        now = self._counts[key] = before + count
+        if now == 1:
             self._say(f"a message on {topic} is refused: {key[1]}")
-        elif is_power_of_ten(count):
-            self._say(f"{count} messages on {topic} were refused so far: {key[1]}")
+        elif before == 0 or len(str(now)) > len(str(before)):
+            self._say(f"{now} messages on {topic} were refused so far: {key[1]}")
 
 
 def is_power_of_ten(number: int) -> bool:

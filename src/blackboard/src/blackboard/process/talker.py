@@ -17,6 +17,7 @@ from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.clock_offsets import ClockOffsets
 from blackboard.domain.talker import BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
+from blackboard.process.backlog import Backlog
 from blackboard.process.speakers import Speakers
 from blackboard.process.timers import Timers
 from hive_common.machine_clock import machine_time
@@ -96,6 +97,7 @@ class ProcessTalker:
         # Not a SimpleQueue: in Python 3.11 its get() never times out once a signal handler has
         # taken longer than the timeout.
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
+        self._backlog = Backlog()
         self.spins = False
         self._timers = own = Timers(machine_time)
         self.now, self.every, self.after = own.now, own.every, own.after
@@ -166,7 +168,13 @@ class ProcessTalker:
 
     def receive(self, arrival: Arrival) -> None:
         """Take a message from another process; any thread may call this."""
-        self.call(lambda: self._receive(arrival))
+        if self._backlog.admits(arrival.sender, arrival.topic):
+            self.call(lambda: self._take_waiting(arrival))
+
+    def _take_waiting(self, arrival: Arrival) -> None:
+        for topic, count in self._backlog.leaves(arrival.sender).items():
+            self.refuse(topic, f"{arrival.sender} says more than is read here", count)
+        self._receive(arrival)
 
     def _receive(self, arrival: Arrival) -> None:
         if arrival.sender == self._link.name:
@@ -178,8 +186,12 @@ class ProcessTalker:
         topic = arrival.topic
         try:
             message = arrival.read()
-        except (ValueError, genpy.DeserializationError) as error:
+        except ValueError as error:
             self.refuse(topic, str(error))
+            return
+        except genpy.DeserializationError:
+            kind = WIRES[topic].message.__name__
+            self.refuse(topic, f"{arrival.sender} sends bytes that are no {kind}")
             return
         value = self._reception.read(
             topic,
