@@ -13,7 +13,7 @@ class NewestEpoch:
     """Admits the word of the newest planner.
 
     A hive that was bootstrapped again counts epochs from the beginning, so lower ones count again
-    once the highest has been silent for `SILENCE`.
+    once the highest has been silent for `SILENCE`, or time was set back.
     """
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class NewestEpoch:
 
     def admits(self, epoch: int, now: float) -> bool:
         """Return whether a planner of an epoch counts that is heard at a time [s]."""
-        if epoch < self._epoch and now - self._heard_at < SILENCE:
+        if epoch < self._epoch and 0.0 <= now - self._heard_at < SILENCE:
             return False
         self._epoch, self._heard_at = epoch, now
         return True

@@ -119,7 +119,7 @@ class Surroundings:
         with self._preparing:
             made = {radius: ZonedPlanner(grid, radius, self._zones) for radius in self._planners}
             self._prepared = made
-        self.inbox.put(lambda: self._change_map(made))
+            self.inbox.put(lambda: self._change_map(made))
 
     def _change_map(self, planners: dict[float, ZonedPlanner]) -> None:
         rospy.loginfo("plans on a new map from now on")
@@ -129,15 +129,15 @@ class Surroundings:
 
     def _hear_state(self, msg: TrafficState) -> None:
         """Prepare for other zones in the same way as for another map."""
-        if not self._newest.admits(msg.epoch, rospy.get_time()):
-            return
-        zones = with_closed(self._zones, msg.closed)
-        if zones == self._zones:
-            return
-        with self._preparing:
+        with self._preparing:  # the old and the next planner may speak at once
+            if not self._newest.admits(msg.epoch, rospy.get_time()):
+                return
+            zones = with_closed(self._zones, msg.closed)
+            if zones == self._zones:
+                return
             self._zones = zones
             around = [(each, each.around(zones)) for each in self._prepared.values()]
-        self.inbox.put(lambda: self._change_zones(around))
+            self.inbox.put(lambda: self._change_zones(around))
 
     def _change_zones(self, around: Sequence[tuple[ZonedPlanner, AroundZones | None]]) -> None:
         for planner, zones in around:
