@@ -47,6 +47,7 @@ HOSTS = ("blackboard", *ROBOTS)
 DRIVE = 0.5
 """Duration of each drive [s, wall clock]."""
 STRANGERS = {"eve": Role.VIEWER, "mallory": Role.OPERATOR}
+STEADY = {"min_election": 2.2}
 RANDOM = 10_000
 """Random payloads on each key."""
 FLOODS, FLOOD = 5, 2.0
@@ -75,7 +76,14 @@ def site(network, tmp_path_factory):
     with own_master(tmp_path_factory.mktemp("master")):
         rospy.init_node("attackers", anonymous=True, disable_signals=True)
         site = LiveSite(
-            tmp_path_factory.mktemp("hive"), network, DRIVE, strangers=STRANGERS, robots=ROBOTS
+            tmp_path_factory.mktemp("hive"),
+            network,
+            DRIVE,
+            strangers=STRANGERS,
+            robots=ROBOTS,
+            # A machine that stands still for a second is no reason for a takeover here.
+            blackboard=STEADY,
+            robot=STEADY,
         )
         rospy.set_param("/zenoh", site.operator_parameters())
         site.operator = LiveOperator(site.namespace, site.members)
