@@ -14,6 +14,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 import rospy
 import zenoh
+from held_clock import PATIENT, STEADY
 from live_network import LiveNetwork, NoNetworkError
 from live_site import ALONE, LiveSite, doers, post
 
@@ -47,7 +48,6 @@ HOSTS = ("blackboard", *ROBOTS)
 DRIVE = 0.5
 """Duration of each drive [s, wall clock]."""
 STRANGERS = {"eve": Role.VIEWER, "mallory": Role.OPERATOR}
-STEADY = {"min_election": 2.2}
 RANDOM = 10_000
 """Random payloads on each key."""
 FLOODS, FLOOD = 5, 2.0
@@ -81,9 +81,8 @@ def site(network, tmp_path_factory):
             DRIVE,
             strangers=STRANGERS,
             robots=ROBOTS,
-            # A machine that stands still for a second is no reason for a takeover here.
             blackboard=STEADY,
-            robot=STEADY,
+            robot=PATIENT,
         )
         rospy.set_param("/zenoh", site.operator_parameters())
         site.operator = LiveOperator(site.namespace, site.members)
