@@ -5,7 +5,6 @@ Each attacker reaches the ports of all members. `docs/security.md` says what is 
 """
 
 import json
-import os
 import random
 import shutil
 import time
@@ -15,8 +14,8 @@ import pytest
 import rospy
 import zenoh
 from held_clock import PATIENT, STEADY
-from live_network import LiveNetwork, NoNetworkError
-from live_site import ALONE, LiveSite, doers, post
+from live_network import network_of
+from live_site import doers, post, site_on
 
 from blackboard.codec.tables import WIRES
 from blackboard.consensus.log import Position
@@ -40,13 +39,10 @@ from blackboard.zenoh.link import serialized
 from blackboard.zenoh.session import Endpoints, session_config
 from fleet_manager.certs.site import Site
 from hive_common.pose import Pose
-from hive_lab.live.live_hive import own_master
-from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.live.live_operator import make_task
 
 ROBOTS = ("robot1", "robot2")
 HOSTS = ("blackboard", *ROBOTS)
-DRIVE = 0.5
-"""Duration of each drive [s, wall clock]."""
 STRANGERS = {"eve": Role.VIEWER, "mallory": Role.OPERATOR}
 RANDOM = 10_000
 """Random payloads on each key."""
@@ -59,39 +55,23 @@ EVIL = "evil"
 @pytest.fixture(scope="session")
 def network():
     """A host for each member."""
-    try:
-        network = LiveNetwork(HOSTS)
-    except NoNetworkError as error:
-        pytest.skip(f"{error}")
-    try:
+    with network_of(HOSTS) as network:
         yield network
-    finally:
-        network.end()
 
 
 @pytest.fixture(scope="session")
 def site(network, tmp_path_factory):
     """A hive whose members share no ROS master."""
-    os.environ.update(ALONE)
-    with own_master(tmp_path_factory.mktemp("master")):
-        rospy.init_node("attackers", anonymous=True, disable_signals=True)
-        site = LiveSite(
-            tmp_path_factory.mktemp("hive"),
-            network,
-            DRIVE,
-            strangers=STRANGERS,
-            robots=ROBOTS,
-            blackboard=STEADY,
-            robot=PATIENT,
-        )
-        rospy.set_param("/zenoh", site.operator_parameters())
-        site.operator = LiveOperator(site.namespace, site.members)
-        try:
-            site.start_all()
-            yield site
-        finally:
-            site.end()
-            rospy.signal_shutdown("what follows ends the master")
+    with site_on(
+        network,
+        "attackers",
+        tmp_path_factory,
+        strangers=STRANGERS,
+        robots=ROBOTS,
+        blackboard=STEADY,
+        robot=PATIENT,
+    ) as site:
+        yield site
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 from held_clock import HeldHive
-from live_network import OFFICE, LiveNetwork, NoNetworkError
+from live_network import OFFICE, network_of
 
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import own_master
@@ -43,14 +43,8 @@ NOTICED = 1.2
 @pytest.fixture(scope="session")
 def network():
     """A host for each member."""
-    try:
-        network = LiveNetwork(HOSTS)
-    except NoNetworkError as error:
-        pytest.skip(f"{error}")
-    try:
+    with network_of(HOSTS) as network:
         yield network
-    finally:
-        network.end()
 
 
 @pytest.fixture(scope="session")

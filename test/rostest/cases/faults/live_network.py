@@ -7,6 +7,7 @@ makes the network is a host of its own, the office. Needs root, and the programs
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import shutil
@@ -15,8 +16,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
+
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
 NEEDS = ("ip", "nft", "nsenter", "unshare")
 """Programs of the Debian packages iproute2, nftables and util-linux."""
@@ -130,6 +133,19 @@ class LiveNetwork:
             chains += f"chain {hook} {{\ntype filter hook {hook} priority 0\n{chosen}}}\n"
         table = f"add table inet hive\ndelete table inet hive\ntable inet hive {{\n{chains}}}\n"
         _run(*self.prefix(host), "nft", "-f", "-", text=table)
+
+
+@contextlib.contextmanager
+def network_of(names: Sequence[str]) -> Iterator[LiveNetwork]:
+    """Run hosts on a network of their own; skip the test where none can be created."""
+    try:
+        network = LiveNetwork(names)
+    except NoNetworkError as error:
+        pytest.skip(f"{error}")
+    try:
+        yield network
+    finally:
+        network.end()
 
 
 def _leave_the_machines_network() -> None:

@@ -10,14 +10,15 @@ import os
 import subprocess
 import sys
 
+import rospy
 from blackboard.msg import TaskState
 from launching import wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
 from hive_common.resources import node_file
-from hive_lab.live.live_hive import LiveHive
-from hive_lab.live.live_operator import make_task
+from hive_lab.live.live_hive import LiveHive, own_master
+from hive_lab.live.live_operator import LiveOperator, make_task
 
 MASTER = "http://127.0.0.1:11311"
 PORT = 7447
@@ -25,6 +26,9 @@ ALONE = {"ROS_MASTER_URI": MASTER, "ROS_IP": "127.0.0.1"}
 """A process that only its own host reaches, by ROS."""
 
 GATEWAY = "/hive_gateway"
+
+DRIVE = 0.5
+"""Duration of each drive [s, wall clock]."""
 
 _MASTER = """
 import json, signal, rosgraph, sys
@@ -197,6 +201,23 @@ class LiveSite(LiveHive):
             self._more[name] = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment
             )
+
+
+@contextlib.contextmanager
+def site_on(network, node, folders, **further):
+    """Run a site, with its operator's program in this process as a node; see `LiveSite`."""
+    os.environ.update(ALONE)
+    with own_master(folders.mktemp("master")):
+        rospy.init_node(node, anonymous=True, disable_signals=True)
+        site = LiveSite(folders.mktemp("hive"), network, DRIVE, **further)
+        rospy.set_param("/zenoh", site.operator_parameters())
+        site.operator = LiveOperator(site.namespace, site.members)
+        try:
+            site.start_all()
+            yield site
+        finally:
+            site.end()
+            rospy.signal_shutdown("what follows ends the master")
 
 
 def post(operator, word, count):

@@ -5,23 +5,18 @@ The operator is in the office: this program, the gateway, and a master of their 
 """
 
 import contextlib
-import os
 import time
 
 import pytest
-import rospy
 from blackboard.msg import RobotStatus
 from launching import run_hive
-from live_network import LiveNetwork, NoNetworkError
-from live_site import ALONE, LiveSite, doers, is_local, post
+from live_network import network_of
+from live_site import doers, is_local, post, site_on
 
-from hive_lab.live.live_hive import own_master
-from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.live.live_operator import make_task
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
-DRIVE = 0.5
-"""Duration of each drive [s, wall clock]."""
 CUT = 14.0
 """Longer than Zenoh keeps a silent connection [s]."""
 
@@ -29,31 +24,15 @@ CUT = 14.0
 @pytest.fixture(scope="session")
 def network():
     """A host for each member."""
-    try:
-        network = LiveNetwork(HOSTS)
-    except NoNetworkError as error:
-        pytest.skip(f"{error}")
-    try:
+    with network_of(HOSTS) as network:
         yield network
-    finally:
-        network.end()
 
 
 @pytest.fixture(scope="session")
 def site(network, tmp_path_factory):
     """A hive whose members share no ROS master."""
-    os.environ.update(ALONE)
-    with own_master(tmp_path_factory.mktemp("master")):
-        rospy.init_node("many_machines", anonymous=True, disable_signals=True)
-        site = LiveSite(tmp_path_factory.mktemp("hive"), network, DRIVE, robots=ROBOTS)
-        rospy.set_param("/zenoh", site.operator_parameters())
-        site.operator = LiveOperator(site.namespace, site.members)
-        try:
-            site.start_all()
-            yield site
-        finally:
-            site.end()
-            rospy.signal_shutdown("what follows ends the master")
+    with site_on(network, "many_machines", tmp_path_factory, robots=ROBOTS) as site:
+        yield site
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from hive_navigation.planning.ompl_planner import OmplPlanner
 from hive_navigation.planning.planner import PlanError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -78,14 +78,7 @@ class ZonedPlanner:
 
     def plan(self, start: Point, goal: Point, discs: Sequence[Disc] = ()) -> list[Point]:
         """See `Planner.plan`."""
-        zoned = self._zoned
-        if zoned is None or self._is_in(zoned, start):
-            return self._free.plan(start, goal, discs)
-        try:
-            return zoned.planner.plan(start, goal, discs)
-        except PlanError:
-            self._free.plan(start, goal, discs)  # where that fails as well, it says why
-            raise _closed(goal, zoned) from None
+        return self._find(start, goal, lambda planner: planner.plan(start, goal, discs))
 
     def plan_near(self, start: Point, goal: Point, tolerance: float) -> list[Point]:
         """Return a path as near to a goal as there is one; see `OmplPlanner.plan_near`.
@@ -93,13 +86,18 @@ class ZonedPlanner:
         Raises:
             PlanError: There is no path to any place within the tolerance.
         """
+        return self._find(start, goal, lambda planner: planner.plan_near(start, goal, tolerance))
+
+    def _find(
+        self, start: Point, goal: Point, find: Callable[[OmplPlanner], list[Point]]
+    ) -> list[Point]:
         zoned = self._zoned
         if zoned is None or self._is_in(zoned, start):
-            return self._free.plan_near(start, goal, tolerance)
+            return find(self._free)
         try:
-            return zoned.planner.plan_near(start, goal, tolerance)
+            return find(zoned.planner)
         except PlanError:
-            self._free.plan_near(start, goal, tolerance)
+            find(self._free)  # where that fails as well, it says why
             raise _closed(goal, zoned) from None
 
     def _is_in(self, zoned: AroundZones, place: Point) -> bool:
