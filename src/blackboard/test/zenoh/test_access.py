@@ -25,8 +25,8 @@ OF_OPERATORS = {topics.NEW_TASK, topics.TASK_CANCEL}
 def may_say(role):
     """Return the topics of the hive on which someone of a role may speak, as itself."""
     keys = speaks_on("lab", Identity("anna", role, "anna.1"))
-    assert all(key.endswith("/anna") for key in keys)
-    return {topic for topic in HIVE_TOPICS if key_of("lab", topic, "anna") in keys}
+    assert all(key.endswith("/anna/**") for key in keys)
+    return {topic for topic in HIVE_TOPICS if f"{key_of('lab', topic, 'anna')}/**" in keys}
 
 
 @pytest.mark.parametrize(
@@ -51,11 +51,13 @@ def test_each_topic_of_the_hive_is_said_by_some_role():
 def test_a_robot_speaks_in_its_own_namespace_and_in_no_other(role):
     keys = speaks_on("lab", Identity("robot2", role, "robot2.1"))
 
-    assert [key for key in keys if key.count("/") > 3] == ["hive/lab/robot2/*/robot2"]
+    assert [key for key in keys if key.count("/") > 4] == ["hive/lab/robot2/*/robot2/**"]
 
 
 def test_an_operator_sets_the_state_of_any_robot():
-    assert "hive/lab/*/set_state/anna" in speaks_on("lab", Identity("anna", Role.OPERATOR, "a.1"))
+    assert "hive/lab/*/set_state/anna/**" in speaks_on(
+        "lab", Identity("anna", Role.OPERATOR, "a.1")
+    )
 
 
 def test_only_a_router_speaks_for_others():

@@ -35,6 +35,7 @@ from blackboard.zenoh.session import Endpoints, session_config
 from hive_common.pose import Pose
 
 UPDATE = TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 1)
+REPLY = AppendReply("/robot3/robot#1", 3, 7, 1.5)
 WITHIN = 20.0  # a busy machine needs no longer [s]
 
 
@@ -78,13 +79,26 @@ def free_port():
 class Process:
     """One process: its session, its link and its inbox."""
 
-    def __init__(self, name, connect=(), topics=(TASK_STATE, ROBOT_STATUS, SYNC, BB_ACK)):
+    def __init__(
+        self,
+        name,
+        connect=(),
+        topics=(TASK_STATE, ROBOT_STATUS, SYNC, BB_ACK),
+        *,
+        is_member=True,
+    ):
         self.address = f"127.0.0.1:{free_port()}"
         ends = Endpoints((f"tcp/{self.address}",), tuple(f"tcp/{each}" for each in connect))
         self.session = zenoh.open(zenoh.Config.from_json5(json.dumps(session_config(ends))))
         self.inbox = FakeInbox()
         self.link = ZenohLink(
-            self.session, "lab", name, topics, address=self.address, date=lambda: 7.0
+            self.session,
+            "lab",
+            name,
+            topics,
+            is_member=is_member,
+            address=self.address,
+            date=lambda: 7.0,
         )
         self.link.attach(self.inbox)
 
@@ -142,21 +156,58 @@ def test_a_process_does_not_hear_itself(pair):
     assert second.inbox.arrived.empty()
 
 
-def test_a_message_that_nobody_listens_to_is_not_encoded(pair, monkeypatch):
-    first, second = pair
-    encoded, wires = [], link_module.WIRES
+MANY = 2000
+"""Messages that are published faster than they are sent, as when many tasks come at once."""
 
-    def encode(value):
-        encoded.append(value)
-        return wires[TASK_STATE].encode(value)
 
-    counting = {topic: wire._replace(encode=encode) for topic, wire in wires.items()}
-    monkeypatch.setattr(link_module, "WIRES", counting)
-    first.link.publish(TASK_STATE, UPDATE, None)
-    assert encoded == []
+@pytest.mark.parametrize(("topic", "value"), [(TASK_STATE, UPDATE), (BB_ACK, REPLY)])
+def test_all_that_is_said_at_once_arrives(start, until_heard, topic, value):
+    listener = start("robot1")
+    listener.link.listen(topic, topic)
+    speaker = start("robot2", [listener.address])
+    until_heard(speaker.session, f"hive/lab/{topic}/robot2")
+    for to in (None, ["robot1"]) * (MANY // 2):
+        speaker.link.publish(topic, value, to)
 
-    second.link.publish(TASK_STATE, UPDATE, None)
-    assert encoded == [UPDATE]
+    assert [listener.inbox.next()[1] for _ in range(MANY)] == [value] * MANY
+
+
+@pytest.fixture
+def hearers(start, until_heard):
+    """Robots and a program that hear who answers a leader, and the robot that does."""
+    first = start("robot1")
+    others = {"robot2": start("robot2", [first.address])}
+    others["windows"] = start("windows", [first.address], is_member=False)
+    for each in (first, *others.values()):
+        each.link.listen(BB_ACK, BB_ACK)
+    speaker = start("robot3", [each.address for each in (first, *others.values())])
+    for name in ("", "/robot1", "/robot2", "/+"):
+        until_heard(speaker.session, f"hive/lab/bb_ack/robot3{name}")
+    return {"robot1": first, **others}, speaker.link
+
+
+@pytest.mark.parametrize(
+    ("to", "who"),
+    [
+        (None, {"robot1", "robot2", "windows"}),
+        (["/robot1/robot"], {"robot1", "windows"}),
+        (["robot2", "/robot2/robot"], {"robot2", "windows"}),
+        (["robot1", "/robot2/robot", "/blackboard"], {"robot1", "robot2", "windows"}),
+        (["/robot3/robot", "", "*", "+", "**", "robot1#2", "/"], {"windows"}),
+        ([], {"windows"}),
+    ],
+)
+def test_a_message_for_some_members_is_heard_by_them_and_by_programs_once(hearers, to, who):
+    processes, link = hearers
+    last = AppendReply("/robot3/robot#1", 9, 9, 9.0)
+    link.publish(BB_ACK, REPLY, to)
+    link.publish(BB_ACK, last, None)
+
+    for name, each in processes.items():
+        expected = [REPLY, last] if name in who else [last]
+        found = [each.inbox.next() for _ in expected]
+        assert [value for _, value in found] == expected
+        assert {arrival.sender for arrival, _ in found} == {"robot3"}
 
 
 def test_a_robots_own_topic_is_below_its_name(start, until_heard):

@@ -8,7 +8,12 @@ import zenoh
 
 from blackboard.errors import SettingsError
 from blackboard.zenoh.access import Identity, Role, access_control
-from blackboard.zenoh.session import Endpoints, Mode, session_config
+from blackboard.zenoh.session import ACCESS_FORMAT, Endpoints, Mode, session_config
+
+
+def write_list(folder, listed, written=ACCESS_FORMAT):
+    content = {"format": written, "access_control": listed}
+    (folder / "access.json").write_text(json.dumps(content))
 
 
 @pytest.fixture
@@ -16,8 +21,7 @@ def folder(tmp_path):
     """The files of an identity; what is in the certificates does not matter here."""
     for name in ("authority.crt", "own.crt", "own.key"):
         (tmp_path / name).write_text("PEM")
-    listed = access_control("lab", [Identity("robot1", Role.ROBOT, "robot1.1")])
-    (tmp_path / "access.json").write_text(json.dumps(listed))
+    write_list(tmp_path, access_control("lab", [Identity("robot1", Role.ROBOT, "robot1.1")]))
     return tmp_path
 
 
@@ -52,22 +56,36 @@ def test_a_file_that_is_missing_is_named(folder, missing):
         session_config(Endpoints(), folder)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "[]",
-        "{",
-        '{"enabled": true, "default_permission": "allow"}',
-        '{"enabled": false, "default_permission": "deny"}',
-        '{"enabled": true, "default_permission": []}',
-        "\udcff",
-    ],
-)
-def test_an_access_list_that_allows_everything_or_cannot_be_read_is_refused(folder, text):
+@pytest.mark.parametrize("text", ["", "[]", "{", "{}", "7", "\udcff"])
+def test_an_access_list_that_cannot_be_read_is_refused(folder, text):
     (folder / "access.json").write_bytes(text.encode(errors="surrogateescape"))
 
     with pytest.raises(SettingsError, match=r"access.json .*copy the one"):
+        session_config(Endpoints(), folder)
+
+
+@pytest.mark.parametrize(
+    "listed",
+    [
+        {"enabled": True, "default_permission": "allow"},
+        {"enabled": False, "default_permission": "deny"},
+        {"enabled": True, "default_permission": []},
+        [],
+        None,
+    ],
+)
+def test_an_access_list_that_allows_everything_is_refused(folder, listed):
+    write_list(folder, listed)
+
+    with pytest.raises(SettingsError, match=r"access.json .*copy the one"):
+        session_config(Endpoints(), folder)
+
+
+@pytest.mark.parametrize("written", [None, 1, "2", [2]])
+def test_an_access_list_of_another_version_is_refused(folder, written):
+    write_list(folder, access_control("lab", []), written)
+
+    with pytest.raises(SettingsError, match=r"no access list of format 2; run `hive certs renew`"):
         session_config(Endpoints(), folder)
 
 
@@ -81,3 +99,5 @@ def test_zenoh_understands_the_configuration(folder, mode):
     assert json.loads(read.get_json("transport/link/tls/enable_mtls")) is True
     assert json.loads(read.get_json("access_control/default_permission")) == "deny"
     assert json.loads(read.get_json("scouting/multicast/enabled")) is False
+    assert json.loads(read.get_json("transport/shared_memory/enabled")) is False
+    assert json.loads(read.get_json("transport/link/tx/queue/size/interactive_high")) > 2

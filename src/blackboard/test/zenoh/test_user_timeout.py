@@ -42,12 +42,14 @@ def timeouts_between(here, there):
 
 @pytest.fixture(params=["127.0.0.1", "::1"])
 def connections(request):
-    """Two connections to one port of this machine, each with both ends."""
+    """Two connections to one port of this machine, each with both ends; none blocks."""
     family = socket.AF_INET6 if ":" in request.param else socket.AF_INET
     with socket.create_server((request.param, 0), family=family) as server:
         address = server.getsockname()[:2]
         near = [socket.create_connection(address) for _ in range(2)]
         far = [server.accept()[0] for _ in near]
+        for each in (*near, *far):
+            each.setblocking(False)
         yield near, far
         for each in (*near, *far):
             each.close()
@@ -70,6 +72,22 @@ def test_of_all_that_is_open_only_connections_are_looked_at_and_nothing_stays_op
 
         assert timeout_of(unconnected) == 0
         assert set(DESCRIPTORS.iterdir()) <= before
+
+
+def test_sockets_that_block_go_on_to_block_where_rospy_has_set_a_default_timeout(connections):
+    (one, other), _ = connections
+    other.setblocking(True)
+    before = socket.getdefaulttimeout()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        socket.setdefaulttimeout(60.0)
+        try:
+            limit(text(one.getsockname()), text(one.getpeername()))
+        finally:
+            socket.setdefaulttimeout(before)
+
+        assert os.get_blocking(server.fileno())
+    assert os.get_blocking(other.fileno())
+    assert timeout_of(one) == 1000 * UNACKNOWLEDGED
 
 
 def test_an_interface_that_only_one_of_them_names_does_not_matter(connections):

@@ -43,7 +43,8 @@ def certificate(folder, name="own.crt"):
 
 def listed(site, reader):
     """Return the common names on the access list in a member's folder, by member."""
-    section = json.loads((site.folder_of(reader) / "access.json").read_text())
+    content = json.loads((site.folder_of(reader) / "access.json").read_text())
+    section = content["access_control"]
     return {each["id"]: each["cert_common_names"] for each in section["subjects"]}
 
 

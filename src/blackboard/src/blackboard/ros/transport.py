@@ -134,6 +134,7 @@ def join_network(
         own.name,
         advertises,
         namespace=hive,
+        is_member=bool(name),
         address=settings.address,
         date=rospy.get_time,
     )

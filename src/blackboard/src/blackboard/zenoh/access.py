@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Who may say what in a hive over Zenoh, as access control that Zenoh itself enforces.
 
-Every message has the key `hive/HIVE/TOPIC/SENDER`. The last part names the member that speaks, and
-Zenoh passes a message on only if the certificate of the connection belongs to that member. So the
-sender of a message can be read from its key, and nothing in the message has to be believed.
+Every message has the key `hive/HIVE/TOPIC/SENDER`, or `hive/HIVE/TOPIC/SENDER/MEMBER` if it is for
+one member only. SENDER is who speaks, and Zenoh passes a message on only if the certificate of the
+connection belongs to that one. So the sender of a message can be read from its key, and nothing in
+the message has to be believed.
 
 Everything that no rule allows is denied. A certificate that is not on the list gets nothing and
 says nothing, even if the site's own authority has issued it.
@@ -11,6 +12,7 @@ says nothing, even if the site's own authority has issued it.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -18,13 +20,19 @@ from typing import TYPE_CHECKING, Any
 from blackboard.domain import talker as topics
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 ANY = "**"
 """Zenoh's wildcard for any number of parts of a key."""
 
-_ROBOT_NAMESPACE = "*"
-"""Zenoh's wildcard for one part of a key: the name of any robot."""
+PART = re.compile(r"[A-Za-z0-9_-]{1,64}")
+"""What a name may be that is one part of a key."""
+
+_ANYBODY = "*"
+"""Zenoh's wildcard for one part of a key: the name of anybody."""
+
+PROGRAMS = "+"
+"""Stands in a key for all who are no members, such as the gateway."""
 
 ALIVE, LISTENS = "alive", "listens"
 """Parts of the keys of liveliness tokens, before the member's name: it lives, and it listens to a
@@ -62,7 +70,7 @@ _SAYS = {
         topics.NEW_TASK,
         topics.TASK_CANCEL,
         _ZONE_COMMAND,
-        f"{_ROBOT_NAMESPACE}/{topics.SET_STATE}",
+        f"{_ANYBODY}/{topics.SET_STATE}",
     ),
     Role.VIEWER: (),
     Role.ROUTER: (),
@@ -91,6 +99,28 @@ def key_of(hive: str, topic: str, sender: str) -> str:
     return f"hive/{hive}/{topic}/{sender}"
 
 
+def keys_to(hive: str, topic: str, sender: str, members: Iterable[str]) -> Iterator[str]:
+    """Return the keys on which a sender speaks to some members, and to all who are none.
+
+    Names that cannot be a part of a key belong to no member.
+    """
+    named = (name for name in members if PART.fullmatch(name))
+    return (f"{key_of(hive, topic, sender)}/{name}" for name in (*named, PROGRAMS))
+
+
+def keys_for(hive: str, topic: str, member: str) -> tuple[str, ...]:
+    """Return the key expressions on which a process hears what concerns it.
+
+    Args:
+        hive: The hive's name.
+        topic: The topic's name below the hive.
+        member: The name of its process; empty for a program that is no member, which hears
+            everything.
+    """
+    everybody = key_of(hive, topic, _ANYBODY)
+    return everybody, f"{everybody}/{member or PROGRAMS}"
+
+
 def speaks_on(hive: str, identity: Identity) -> tuple[str, ...]:
     """Return the key expressions on which an identity may speak.
 
@@ -101,7 +131,7 @@ def speaks_on(hive: str, identity: Identity) -> tuple[str, ...]:
     said = list(_SAYS[identity.role])
     if identity.role in {Role.ROBOT, Role.LEARNER}:
         said.append(f"{identity.name}/*")
-    return tuple(key_of(hive, topic, identity.name) for topic in said)
+    return tuple(key_of(hive, topic, f"{identity.name}/{ANY}") for topic in said)
 
 
 def tokens_of(hive: str, name: str) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.errors import SettingsError
 from blackboard.process.link import Arrival
-from blackboard.zenoh.access import ALIVE, LISTENS, key_of
+from blackboard.zenoh.access import ALIVE, LISTENS, key_of, keys_for, keys_to
 from blackboard.zenoh.authenticity import Authenticity
 from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
 from blackboard.zenoh.user_timeout import end_dead_connections
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from blackboard.process.link import Inbox
 
 _URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
-"""Topics on which a message overtakes others, and does not wait to be sent with more."""
+"""Topics on which a message overtakes others."""
 
 _REPEATED = frozenset({topic for topic, wire in WIRES.items() if wire.latched} | {ROBOT_STATUS})
 """Topics of which new listeners get what was said last."""
@@ -66,7 +66,7 @@ def open_session(config: Mapping[str, Any]) -> zenoh.Session:
 
 
 class ZenohLink:
-    """Carries messages over Zenoh, each on the key `hive/HIVE/TOPIC/SENDER`.
+    """Carries messages over Zenoh, on the keys that `access` describes.
 
     A message that a slow listener has no room for is dropped for that listener, so that it holds
     nobody up; whoever needs an answer asks again.
@@ -77,6 +77,7 @@ class ZenohLink:
         name: That of this process, one part of a key; of a robot's process, the robot's.
         advertises: The topics that may be published on.
         namespace: Of the hive, ending in a slash; names of members begin with it.
+        is_member: Whether it is left out of what concerns other members only.
         address: Where others reach this session, as HOST:PORT; empty if nowhere.
         date: Returns the time that messages state [s].
 
@@ -92,12 +93,15 @@ class ZenohLink:
         advertises: Iterable[str],
         *,
         namespace: str = "/",
+        is_member: bool = True,
         address: str = "",
         date: Callable[[], float] = time.time,
     ) -> None:
         self.name = name
         self._session = session
         self._hive = hive
+        self._namespace = namespace
+        self._is_member = is_member
         self._date = date
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._last: dict[str, bytes] = {}
@@ -116,25 +120,35 @@ class ZenohLink:
         inbox.every(PERIOD, self._presence.check)
 
     def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
-        """Send a value to all who listen; Zenoh knows who does."""
-        del to  # everyone may hear it
+        """Send a value to all who listen, or to programs and those members that it concerns."""
         publisher = self._publishers[topic]
-        heard = publisher.matching_status.matching  # type: ignore[attr-defined]  # no bool, as it says
-        if not (topic in _REPEATED or heard):
-            return
         payload = serialized(WIRES[topic].to_msg(value, self._date()))
         # A leader also tells the status of robots that it no longer hears; they may be back.
         is_of_another = isinstance(value, RobotStatus) and value.robot_id != self.name
         if topic in _REPEATED and not is_of_another:
             self._last[topic] = payload
-        publisher.put(payload)
+        if to is None:
+            publisher.put(payload)
+            return
+        processes = {self._process_of(name) for name in to} - {self.name}
+        for key in keys_to(self._hive, topic, self.name, processes):
+            self._session.put(
+                key,
+                payload,
+                congestion_control=publisher.congestion_control,
+                priority=publisher.priority,
+                allowed_destination=zenoh.Locality.REMOTE,
+            )
+
+    def _process_of(self, name: str) -> str:
+        """Return the name of the process of a member or a robot."""
+        return name.removeprefix(self._namespace).partition("/")[0]
 
     def publish_to_robot(self, robot: str, topic: str, value: object) -> None:
         """Send a value on a topic in the namespace of a robot."""
         name = f"{robot}/{topic}"
         if name not in self._publishers:
             self._publishers[name] = self._advertise(name)
-        # Whether anybody listens is known only some time after a publisher was made.
         self._publishers[name].put(serialized(WIRES[topic].to_msg(value, self._date())))
 
     def _repeat(self, topic: str, token: Token) -> None:
@@ -144,16 +158,16 @@ class ZenohLink:
 
     def listen(self, topic: str, name: str) -> None:
         """Deliver what others say on a topic, by its name below the hive."""
-        self._session.declare_subscriber(
-            key_of(self._hive, name, "*"),
-            Callback(partial(self._hear, topic, name), indirect=False),
-        )
+        hear = Callback(partial(self._hear, topic, name), indirect=False)
+        for key in keys_for(self._hive, name, self.name if self._is_member else ""):
+            self._session.declare_subscriber(key, hear)
         if topic in _REPEATED:
             self._declare(self._token.key(self._key(f"{LISTENS}/{topic}")))
 
     def _hear(self, topic: str, name: str, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
-            sender = str(sample.key_expr).rpartition("/")[2]
+            said = str(sample.key_expr).removeprefix(key_of(self._hive, name, ""))
+            sender = said.partition("/")[0]
             read = partial(deserialized, WIRES[topic].message, sample.payload)
             self._inbox.receive(Arrival(topic, name, sender, read))
 
@@ -171,7 +185,6 @@ class ZenohLink:
             key_of(self._hive, topic, self.name),
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA,
-            express=urgent,
             # What this process listens to itself is no reason to encode a message.
             allowed_destination=zenoh.Locality.REMOTE,
             reliability=(

@@ -39,13 +39,18 @@ def end_dead_connections(session: zenoh.Session) -> None:
 
 
 def limit(here: str, there: str) -> None:
-    """Set the user timeout of this process's connection between two addresses, HOST:PORT each."""
+    """Set the user timeout of this process's connection between two addresses, HOST:PORT each.
+
+    Only sockets that never block are looked at, as all of Zenoh's: `socket.socket` makes one that
+    blocks non-blocking where rospy has set a default timeout, and rospy's server then ends.
+    """
     ends = (_read(here), _read(there))
     for each in _DESCRIPTORS.iterdir():
         with contextlib.suppress(OSError):  # it is no connection, or closed by now
             copy = os.dup(int(each.name))
             try:
-                _limit(copy, ends)
+                if not os.get_blocking(copy):
+                    _limit(copy, ends)
             finally:
                 os.close(copy)
 

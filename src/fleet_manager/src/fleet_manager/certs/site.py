@@ -21,7 +21,7 @@ import shutil
 from typing import TYPE_CHECKING
 
 from blackboard.zenoh.access import Identity, access_control
-from blackboard.zenoh.session import ACCESS, AUTHORITY, CERTIFICATE, KEY, OWN
+from blackboard.zenoh.session import ACCESS, ACCESS_FORMAT, AUTHORITY, CERTIFICATE, KEY, OWN
 from fleet_manager.certs.issuing import (
     issue,
     new_authority,
@@ -209,7 +209,8 @@ class Site:
         shutil.rmtree(old, ignore_errors=True)
 
     def _write_access(self) -> None:
-        text = json.dumps(self.access(), indent=1).encode()
+        content = {"format": ACCESS_FORMAT, "access_control": self.access()}
+        text = json.dumps(content, indent=1).encode()
         for name in self.issued():
             if self.folder_of(name).is_dir():
                 _write(self.folder_of(name) / ACCESS, text, _PUBLIC)

@@ -74,6 +74,11 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
     "vda5050.",
 )
 @click.option(
+    "--transport",
+    type=click.Choice(["ros", "zenoh"]),
+    help="What carries the messages, for auction; both by default.",
+)
+@click.option(
     "--map",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",

@@ -99,9 +99,10 @@ BENCHES: Mapping[str, Bench] = {
         options=("robots", "runs", "resume"),
     ),
     "auction": Bench(
-        "from posting to ASSIGNED [s], with 4 and 10 robots or --robots, memory [MB], on ROS",
+        "from posting to ASSIGNED [s] with 4 and 10 robots or --robots, memory [MB], over ROS and "
+        "Zenoh",
         "live.auction",
-        options=("robots",),
+        options=("robots", "transport"),
         own_master=True,
     ),
     "charge": Bench(

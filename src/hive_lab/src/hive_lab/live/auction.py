@@ -1,38 +1,37 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures the auction on real ROS: from posting a task to hearing which robot has it.
+"""Measures the auction of a live hive: from posting a task to hearing which robot has it.
 
 A blackboard node and a node for each robot run on a ROS master of their own, with journals on
 disk. Fake bases accept every goal and never move. As a baseline, the same number of bare rospy
-nodes first exchange the messages of a round on the same master without computing anything.
+nodes first exchange the messages of a round on the same master without computing anything. Then
+the same hive speaks over ROS, and over Zenoh with certificates.
 """
 
 from __future__ import annotations
 
 import contextlib
-import random
 import statistics
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import blackboard.msg as bb_msgs
 import psutil
 import rospy
-from std_msgs.msg import String
 
 from blackboard.errors import LiveHiveError
 from hive_common.ros.links import PAUSES
 from hive_lab.bench.registry import BenchResult
 from hive_lab.live import bare_round, bidders
+from hive_lab.live.desk import Desk, RosWire, ZenohWire
 from hive_lab.live.live_hive import LiveHive, own_master
-from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
+from hive_lab.live.live_operator import LiveOperator
+from hive_lab.live.zenoh_hive import ZenohHive
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
     from types import ModuleType
 
 SIZES = (4, 10)  # numbers of robots, unless the user chooses one
@@ -46,8 +45,16 @@ AIMS = {
     "robots_100_seconds_per_task": 1 / 80,
     "robots_100_burst_of_200": 2.5,
     "robots_100_memory_worst": 45.0,
+    "zenoh_robots_10_assigned_median": 0.008,
+    "zenoh_robots_10_seconds_per_task": 1 / 150,
+    "zenoh_robots_100_assigned_median": 0.035,
+    "zenoh_robots_100_seconds_per_task": 1 / 100,
 }
 """Times [s] and memory [MB]; 150 tasks in a second are a time of 1/150 s for each."""
+
+ROS, ZENOH = "ros", "zenoh"
+TRANSPORTS = (ROS, ZENOH)
+"""What carries the messages of a hive; figures of Zenoh begin with its name."""
 
 _ONE_BY_ONE = 100
 _BURST = 200
@@ -55,101 +62,9 @@ _SUSTAINED = 300
 _OPEN_AT_ONCE = 20  # unassigned tasks while the sustained rate is measured
 _WARM = 10
 _START = 1800.0  # time for all nodes of a large hive to find each other [s, wall clock]
-_PATIENCE = 60.0
-_WHOLE_LIST = 300.0  # time for all tasks on a large hive's list to be assigned or cancelled [s]
-_REPEAT = 5.0
+_STARTED_AT_ONCE = 4
+_WHOLE_LIST = 300.0  # time for all tasks on a large hive's list to be assigned [s]
 _SIDE = 60.0  # side of the square with the goals, unless the row of robots is longer [m]
-
-
-class Desk:
-    """Posts tasks at random places of a square, and records when each is assigned.
-
-    Create it after `rospy.init_node`. The namespace ends in a slash; `side` is the square's [m].
-
-    ROS Publishers: `new_task`, `task_cancel`.
-    ROS Subscribers: `task_state`.
-    """
-
-    def __init__(self, namespace: str, side: float) -> None:
-        self._changed = threading.Condition()
-        self._assigned: dict[str, float] = {}
-        self._ended: set[str] = set()
-        self._tasks: dict[str, Any] = {}
-        self._draw = random.Random(1)
-        self._side = side
-        self._posted = 0
-        self._post = rospy.Publisher(
-            f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000, tcp_nodelay=True
-        )
-        self._cancel = rospy.Publisher(f"{namespace}task_cancel", String, queue_size=1000)
-        self._ear = rospy.Subscriber(
-            f"{namespace}task_state", bb_msgs.TaskState, self._hear, tcp_nodelay=True
-        )
-
-    @property
-    def is_heard(self) -> bool:
-        """Whether the blackboard is connected in both directions."""
-        return bool(self._post.get_num_connections() and self._ear.get_num_connections())
-
-    def post(self, count: int = 1) -> list[str]:
-        """Post some tasks; return their ids."""
-        tasks = [self._make() for _ in range(count)]
-        for task in tasks:
-            self._tasks[task.id] = task
-            self._post.publish(task)
-        return [task.id for task in tasks]
-
-    def wait(self, tasks: Iterable[str], patience: float = _PATIENCE) -> float:
-        """Wait until all of these are assigned; return when the last one was [s, monotonic].
-
-        Unassigned tasks are posted again now and then: without a leader nobody hears them.
-        """
-        wanted = set(tasks)
-        end = time.monotonic() + patience
-        with self._changed:
-            while not self._changed.wait_for(lambda: wanted <= self._assigned.keys(), _REPEAT):
-                missing = wanted - self._assigned.keys()
-                if time.monotonic() > end:
-                    raise LiveHiveError(
-                        f"{len(missing)} of {len(wanted)} tasks not assigned in {patience:.0f} s"
-                    )
-                for task in missing:
-                    self._post.publish(self._tasks[task])
-            return max(self._assigned[task] for task in wanted)
-
-    def clear(self) -> None:
-        """Cancel every task, again and again until it has ended."""
-        end = time.monotonic() + _WHOLE_LIST
-        while left := self._tasks.keys() - self._ended:
-            if time.monotonic() > end:
-                raise LiveHiveError(f"{len(left)} tasks not cancelled in {_WHOLE_LIST:.0f} s")
-            for task in left:
-                self._cancel.publish(task)
-            with self._changed:
-                self._changed.wait_for(lambda: self._tasks.keys() <= self._ended, _REPEAT)
-        self._tasks.clear()
-
-    def wait_for_fewer(self, tasks: Sequence[str], than: int) -> None:
-        """Wait until fewer than so many of these tasks are unassigned."""
-        with self._changed:
-            self._changed.wait_for(
-                lambda: sum(task not in self._assigned for task in tasks) < than, _PATIENCE
-            )
-
-    def _make(self) -> bb_msgs.TaskMsg:
-        self._posted += 1
-        goal = (self._draw.uniform(0.0, self._side), self._draw.uniform(0.0, self._side))
-        return make_task(f"A{self._posted}", goal)
-
-    def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
-        now = time.monotonic()
-        # A task posted again is answered with its current state.
-        with self._changed:
-            if update.state in {bb_msgs.TaskState.ASSIGNED, bb_msgs.TaskState.STARTED}:
-                self._assigned.setdefault(update.task_id, now)
-            elif update.state in TERMINAL:
-                self._ended.add(update.task_id)
-            self._changed.notify_all()
 
 
 def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
@@ -186,30 +101,48 @@ def spread(name: str, times: Sequence[float]) -> dict[str, float]:
     }
 
 
-def measure(robots: int, folder: Path) -> dict[str, float]:
-    """Return times [s] and memory [MB] with a number of robots, bare rospy nodes first.
-
-    The folder is for journals and logs.
-    """
-    side = max(_SIDE, bidders.SPACING * robots)
+def measure_bare(robots: int) -> dict[str, float]:
+    """Return times of bare rospy nodes [s], as many as there are robots."""
     with _bare_nodes(robots):
-        desk = Desk("/bare/", side)
+        desk = Desk(RosWire("/bare/"), _side(robots))
         _wait_until(lambda: desk.is_heard, f"{robots} bare nodes answer")
         _warm_up(desk)
         figures = spread("bare", one_by_one(desk))
         figures["bare_seconds_per_task"] = sustained(desk)
-    with _hive_at(robots, folder) as hive:
-        desk = Desk(hive.namespace, side)
-        _wait_until(lambda: desk.is_heard, "the hive is connected to the desk")
+    return figures
+
+
+def measure(robots: int, folder: Path, transport: str) -> dict[str, float]:
+    """Return times [s], and what a number of robots takes, over one of `TRANSPORTS`.
+
+    The folder is for journals and logs. Processor time [s] and bytes of this machine's loopback
+    are those for a task, of all processes and connections, at the sustained rate.
+    """
+    hive_at = _over_ros if transport == ROS else _over_zenoh
+    with hive_at(robots, folder) as (hive, desk):
         _warm_up(desk)
         desk.clear()
-        figures[f"burst_of_{_BURST}"] = burst(desk)
+        figures = {f"burst_of_{_BURST}": burst(desk)}
         desk.clear()
         figures |= spread("assigned", one_by_one(desk))
+        before = _spent(hive)
         figures["seconds_per_task"] = sustained(desk)
+        cpu, sent = (now - then for now, then in zip(_spent(hive), before, strict=True))
+        figures |= {"cpu_per_task": cpu / _SUSTAINED, "bytes_per_task": sent / _SUSTAINED}
         sizes = [_proportional_size(hive.pid_of(hive.node_of(name))) for name in hive.robots]
-    figures |= {"memory_median": statistics.median(sizes), "memory_worst": max(sizes)}
-    return figures
+    return figures | {"memory_median": statistics.median(sizes), "memory_worst": max(sizes)}
+
+
+def _side(robots: int) -> float:
+    """Return the side of the square with the goals [m]."""
+    return max(_SIDE, bidders.SPACING * robots)
+
+
+def _spent(hive: LiveHive) -> tuple[float, float]:
+    """Return the processor time of a hive's processes [s], and what loopback has carried [B]."""
+    times = [psutil.Process(pid).cpu_times() for pid in hive.pids()]
+    sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent
+    return sum(each.user + each.system for each in times), float(sent)
 
 
 def _warm_up(desk: Desk) -> None:
@@ -257,28 +190,62 @@ def _module(module: ModuleType, *arguments: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
+def _over_ros(robots: int, folder: Path) -> Iterator[tuple[LiveHive, Desk]]:
     """Run a hive in a namespace of its own, once all of it answers and has settled.
 
-    Nobody else listens to it then, as with the bare nodes.
+    Nobody else than the desk listens to it then, as with the bare nodes.
     """
-    names = [f"robot{i + 1}" for i in range(robots)]
-    hive = LiveHive(folder / f"{robots}", f"/hive{robots}/", names)
-    spaces = [f"{hive.namespace}{name}" for name in names]
+    names = _names(robots)
+    hive = LiveHive(folder / f"ros-{robots}", f"/hive{robots}/", names)
     with contextlib.ExitStack() as stack:
         stack.callback(hive.end)
         operator = LiveOperator(hive.namespace, hive.members)
-        stack.enter_context(_module(bidders, *spaces))
+        stack.enter_context(_bidders(hive))
         hive.start_all()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
         operator.close()
         # Until then every node asks the ROS master now and then for missing links.
         time.sleep(sum(PAUSES))
-        yield hive
+        desk = Desk(RosWire(hive.namespace), _side(robots))
+        _wait_until(lambda: desk.is_heard, "the hive is connected to the desk")
+        yield hive, desk
 
 
-def run(robots: int = 0) -> BenchResult:
-    """Measure a number of robots, or all `SIZES` if it is 0; see `measure` and `AIMS`."""
+@contextlib.contextmanager
+def _over_zenoh(robots: int, folder: Path) -> Iterator[tuple[LiveHive, Desk]]:
+    """Run the same hive over Zenoh, once all robots are heard."""
+    hive = ZenohHive(folder / f"zenoh-{robots}", f"/zenoh{robots}/", _names(robots))
+    with contextlib.ExitStack() as stack:
+        stack.callback(hive.end)
+        stack.enter_context(_bidders(hive))
+        hive.start(hive.blackboard)
+        wire = ZenohWire(hive)
+        stack.callback(wire.close)
+        # One machine that opens thousands of encrypted connections at once opens none in time.
+        for first in range(0, robots, _STARTED_AT_ONCE):
+            started = hive.robots[first : first + _STARTED_AT_ONCE]
+            for name in started:
+                hive.start(hive.node_of(name))
+            wire.wait_for_robots(started, _START)
+        desk = Desk(wire, _side(robots))
+        _wait_until(lambda: desk.is_heard, "the hive is connected to the desk")
+        yield hive, desk
+
+
+def _names(robots: int) -> list[str]:
+    return [f"robot{number + 1}" for number in range(robots)]
+
+
+def _bidders(hive: LiveHive) -> contextlib.AbstractContextManager[None]:
+    """Run the bases of a hive's robots."""
+    return _module(bidders, *(f"{hive.namespace}{name}" for name in hive.robots))
+
+
+def run(robots: int = 0, transport: str = "") -> BenchResult:
+    """Measure a number of robots, or all `SIZES` if it is 0; see `measure` and `AIMS`.
+
+    Both transports are measured, one after the other, or only the one that is named.
+    """
     figures: dict[str, float] = {}
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="robo-hive-bench-")))
@@ -286,7 +253,15 @@ def run(robots: int = 0) -> BenchResult:
         rospy.init_node("bench_auction", anonymous=True, disable_signals=True)
         stack.callback(rospy.signal_shutdown, "what follows ends the master")
         for size in (robots,) if robots else SIZES:
-            found = {name: round(value, 5) for name, value in measure(size, folder).items()}
-            sys.stderr.write(f"{size} robots: {found}\n")
-            figures |= {f"robots_{size}_{name}": value for name, value in found.items()}
+            figures |= _named(f"robots_{size}", measure_bare(size))
+            for each in (transport,) if transport else TRANSPORTS:
+                name = f"robots_{size}" if each == ROS else f"{each}_robots_{size}"
+                figures |= _named(name, measure(size, folder, each))
     return BenchResult(figures, {k: v for k, v in AIMS.items() if k in figures})
+
+
+def _named(name: str, figures: dict[str, float]) -> dict[str, float]:
+    """Return figures, rounded and with a name before theirs, and tell them."""
+    found = {each: round(value, 5) for each, value in figures.items()}
+    sys.stderr.write(f"{name}: {found}\n")
+    return {f"{name}_{each}": value for each, value in found.items()}
