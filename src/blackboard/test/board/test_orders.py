@@ -133,6 +133,70 @@ def test_a_lost_robot_drops_what_is_not_its_own_whatever_its_number():
     assert [order.assignment for order in desk.said()] == [ANY_ASSIGNMENT]
 
 
+STRAY = replace(STATUS, robot_id="robot2", tasks=("T1", "T9"))
+"""The status of a robot that has a task of another and one that is on no list."""
+
+
+def test_a_robot_is_not_told_with_each_status_to_drop_what_is_not_its_own():
+    desk = Desk()
+    for _ in range(20):
+        desk.orders.compare(STRAY)
+        desk.network.run(0.1)
+
+    assert [order.task.id for order in desk.said()] == ["T1", "T9"]
+
+
+def test_a_robot_that_does_not_drop_what_is_not_its_own_in_time_is_told_again():
+    desk = Desk()
+    for _ in range(3):
+        desk.orders.compare(STRAY)
+        desk.network.run(2.1)
+
+    assert [order.task.id for order in desk.said()] == ["T1", "T9"] * 3
+
+
+def test_a_task_that_was_just_taken_back_is_not_taken_back_again():
+    desk = Desk()
+    desk.orders.send(replace(HELD, robot="robot2"), OrderKind.TAKE_BACK)
+    desk.orders.compare(replace(STRAY, tasks=("T1",)))
+
+    assert len(desk.said()) == 1
+
+
+def test_what_a_robot_has_again_after_it_was_dropped_is_taken_back_at_once():
+    desk = Desk()
+    for tasks in (("T1",), (), ("T1",)):
+        desk.orders.compare(replace(STRAY, tasks=tasks))
+
+    assert len(desk.said()) == 2
+
+
+def test_another_assignment_of_a_task_is_taken_back_at_once():
+    desk = Desk()
+    desk.orders.compare(STRAY)
+    desk.node.commit((replace(HELD, assignment=4),), lambda: None)
+    desk.orders.compare(STRAY)
+
+    assert [order.assignment for order in desk.said() if order.task.id == "T1"] == [3, 4]
+
+
+def test_a_robot_that_has_become_lost_is_told_at_once_to_drop_whatever_it_has():
+    desk = Desk()
+    desk.orders.compare(STRAY)
+    desk.orders.compare(STRAY, is_lost=True)
+
+    assert [order.assignment for order in desk.said()][2:] == [ANY_ASSIGNMENT] * 2
+
+
+def test_the_next_leader_tells_a_robot_at_once_to_drop_what_is_not_its_own():
+    desk = Desk()
+    desk.orders.compare(STRAY)
+    desk.orders.resume([HELD])
+    desk.orders.compare(STRAY)
+
+    assert len(desk.said()) == 4
+
+
 def test_the_tasks_that_a_robot_holds_are_known():
     desk = Desk()
     desk.orders.give(HELD)

@@ -10,9 +10,9 @@ import pytest
 pytest.importorskip("blackboard.msg", reason="benchmarks of processes need ROS")
 
 import rospy
+from blackboard.msg import TaskState
 
 from blackboard.errors import LiveHiveError
-from blackboard.msg import TaskState
 from hive_lab.live import zenoh_hive
 from hive_lab.live.desk import Desk
 from hive_lab.live.zenoh_hive import free_ports

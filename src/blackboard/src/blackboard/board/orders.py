@@ -23,7 +23,8 @@ class Orders:
     """Gives robots their tasks and takes them back.
 
     Args:
-        timeout: An order that a robot's status does not show within this time is repeated [s].
+        timeout: An order whose effect a robot's status does not show within this time is repeated
+            [s].
     """
 
     def __init__(self, talker: Talker, node: RaftNode, timeout: float) -> None:
@@ -32,12 +33,16 @@ class Orders:
         self._timeout = timeout
         self._holders: dict[str, str] = {}
         self._given: dict[str, dict[str, float]] = defaultdict(dict)
+        # When a robot was told to drop a task, by its id and its assignment number; 0 for a task
+        # that is on no list.
+        self._dropped: dict[str, dict[tuple[str, int], float]] = defaultdict(dict)
         self._heard: dict[str, float] = {}
 
     def resume(self, records: Iterable[TaskRecord]) -> None:
         """Take over what another blackboard has ordered, as if it had done so now."""
         self._holders.clear()
         self._given.clear()
+        self._dropped.clear()
         for record in records:
             if record.is_held:
                 self._note(record)
@@ -54,6 +59,8 @@ class Orders:
     def send(self, record: TaskRecord, kind: OrderKind, place: int = 0) -> None:
         """Order the robot of a record, if it has one, to do something with its task."""
         if record.robot:
+            if kind is OrderKind.TAKE_BACK:
+                self._dropped[record.robot][record.task.id, record.assignment] = self._talker.now()
             self._tell(record.task, record.robot, kind, record.assignment, record.step, place)
 
     def disown(self, task_id: str, robot_id: str, assignment: int) -> None:
@@ -72,6 +79,7 @@ class Orders:
         """Forget a robot that has left and holds nothing."""
         self._heard.pop(robot_id, None)
         self._given.pop(robot_id, None)
+        self._dropped.pop(robot_id, None)
 
     def held(self) -> list[TaskRecord]:
         """Return the records of all tasks that robots hold by order."""
@@ -99,15 +107,30 @@ class Orders:
             if overdue and record.task.id not in status.tasks:
                 self.give(record)
         strays = [task_id for task_id in status.tasks if not self._is_own(task_id, robot_id)]
+        self._have_dropped(robot_id, strays, is_lost=is_lost)
+        return not strays
+
+    def _have_dropped(self, robot_id: str, strays: list[str], *, is_lost: bool) -> None:
+        """Have a robot drop what is not its own; it has time to do so before it is told again.
+
+        A robot tells its status after each task that it drops. Told each time to drop all others,
+        one with fifty of them would get a thousand orders.
+        """
+        before, now = self._dropped[robot_id], self._talker.now()
+        told = self._dropped[robot_id] = {}
         for task_id in strays:
             stray = self._node.get(task_id)
-            if stray is None:
-                # Not any number: another task may get the id before a late order comes.
-                self.disown(task_id, robot_id, ANY_ASSIGNMENT if is_lost else self._node.earlier)
-            else:
-                number = ANY_ASSIGNMENT if is_lost else stray.assignment
+            number = ANY_ASSIGNMENT if is_lost else 0 if stray is None else stray.assignment
+            told_at = before.get((task_id, number))
+            if told_at is not None and now - told_at <= self._timeout:
+                told[task_id, number] = told_at
+                continue
+            told[task_id, number] = now
+            if stray is not None:
                 self._tell(stray.task, robot_id, OrderKind.TAKE_BACK, number)
-        return not strays
+            else:
+                # Not any number: another task may get the id before a late order comes.
+                self.disown(task_id, robot_id, number or self._node.earlier)
 
     def _note(self, record: TaskRecord) -> None:
         """Note that a robot holds a task from now on."""
