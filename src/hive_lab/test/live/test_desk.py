@@ -74,12 +74,24 @@ def test_a_task_is_waited_for_until_a_robot_has_it(says):
     assert desk.wait([first]) <= desk.wait([first, second])
 
 
-def test_a_task_that_got_lost_is_posted_again():
+def test_a_task_that_got_lost_is_posted_again_and_that_is_told(capsys):
     wire = FakeWire(misses=3)
     desk = Desk(wire, SIDE)
     desk.wait(desk.post())
 
     assert [task.id for task in wire.posted] == ["A1"] * 4
+    assert desk.posted_again == 3
+    assert capsys.readouterr().err == "A1 is posted again; nothing was heard of it\n" * 3
+
+
+def test_a_task_that_waits_is_told_from_one_that_got_lost(capsys):
+    wire = FakeWire(says=TaskState.WAITING)
+    desk = Desk(wire, SIDE)
+    desk.post()
+    wire.says = TaskState.ASSIGNED
+    desk.wait(["A1"])
+
+    assert capsys.readouterr().err == "A1 is posted again; it waits\n"
 
 
 def test_a_task_that_nobody_takes_is_told():

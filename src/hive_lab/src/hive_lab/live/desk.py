@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import random
+import sys
 import threading
 import time
 from typing import TYPE_CHECKING, Any, Protocol
@@ -19,6 +20,7 @@ from blackboard.zenoh.access import key_of, keys_for
 from blackboard.zenoh.link import deserialized, open_session, serialized
 from blackboard.zenoh.session import Endpoints, session_config
 from hive_lab.live.live_operator import TERMINAL, make_task
+from hive_lab.live.zenoh_hive import OPERATOR
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -145,16 +147,15 @@ class ZenohWire:
         self._session.close()  # type: ignore[no-untyped-call]
 
 
-OPERATOR = "operator"
-"""Who posts in a hive over Zenoh."""
-
-
 class Desk:
     """Posts tasks at random places of a square, and records when each is assigned.
 
     Args:
         wire: How it speaks to the hive.
         side: Of the square [m].
+
+    Attributes:
+        posted_again: How many times a task was posted again, because nobody had it for long.
     """
 
     def __init__(self, wire: Wire, side: float) -> None:
@@ -166,6 +167,8 @@ class Desk:
         self._draw = random.Random(1)
         self._side = side
         self._posted = 0
+        self._waiting: set[str] = set()
+        self.posted_again = 0
         wire.follow(self._hear)
 
     @property
@@ -195,7 +198,10 @@ class Desk:
                     raise LiveHiveError(
                         f"{len(missing)} of {len(wanted)} tasks not assigned in {patience:.0f} s"
                     )
+                self.posted_again += len(missing)
                 for task in missing:
+                    known = "it waits" if task in self._waiting else "nothing was heard of it"
+                    sys.stderr.write(f"{task} is posted again; {known}\n")
                     self._wire.post(self._tasks[task])
             return max(self._assigned[task] for task in wanted)
 
@@ -231,4 +237,6 @@ class Desk:
                 self._assigned.setdefault(update.task_id, now)
             elif update.state in TERMINAL:
                 self._ended.add(update.task_id)
+            else:
+                self._waiting.add(update.task_id)
             self._changed.notify_all()

@@ -12,12 +12,14 @@ import rospy
 from blackboard.errors import LiveHiveError
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
-from hive_lab.live.desk import OPERATOR
 from hive_lab.live.live_hive import LiveHive
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
+
+OPERATOR = "operator"
+"""Whose certificate a program has that posts."""
 
 _PORTS = range(61_000, 65_536)
 """Linux gives none of these to connections."""
