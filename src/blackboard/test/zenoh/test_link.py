@@ -156,22 +156,6 @@ def test_a_process_does_not_hear_itself(pair):
     assert second.inbox.arrived.empty()
 
 
-MANY = 2000
-"""Messages that are published faster than they are sent, as when many tasks come at once."""
-
-
-@pytest.mark.parametrize(("topic", "value"), [(TASK_STATE, UPDATE), (BB_ACK, REPLY)])
-def test_all_that_is_said_at_once_arrives(start, until_heard, topic, value):
-    listener = start("robot1")
-    listener.link.listen(topic, topic)
-    speaker = start("robot2", [listener.address])
-    until_heard(speaker.session, f"hive/lab/{topic}/robot2")
-    for to in (None, ["robot1"]) * (MANY // 2):
-        speaker.link.publish(topic, value, to)
-
-    assert [listener.inbox.next()[1] for _ in range(MANY)] == [value] * MANY
-
-
 @pytest.fixture
 def hearers(start, until_heard):
     """Robots and a program that hear who answers a leader, and the robot that does."""

@@ -108,6 +108,7 @@ def revoked(tmp_path, site, blackboard):
     ("name", "said"),
     [
         ("robot1", ["bb_backup/robot1", "task_cost/robot1", "robot1/pose/robot1"]),
+        ("robot1", ["task_cost/robot1/blackboard", "task_cost/robot1/+", "bb_ack/robot1/robot2"]),
         ("robot3", ["task_cost/robot3", "robot_status/robot3"]),
         ("anna", ["new_task/anna", "task_cancel/anna", "robot1/set_state/anna"]),
     ],
@@ -120,6 +121,7 @@ def test_who_belongs_says_what_is_its_own(site, blackboard, name, said):
     ("name", "forged"),
     [
         ("robot2", [BID.format("robot1"), "robot_status/robot1", "bb_vote/robot1"]),
+        ("robot2", ["task_cost/robot1/blackboard", "bb_vote/robot1/robot2", "bb_ack/robot1/+"]),
         ("robot2", ["robot1/pose/robot2", "robot1/set_state/robot2", "task_cancel/robot2"]),
         ("robot3", [HEARTBEAT.format("robot3"), "task_assign/robot3", "bb_vote/robot3"]),
         (

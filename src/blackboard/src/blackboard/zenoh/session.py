@@ -37,7 +37,7 @@ _PRIORITIES = ("control", "interactive_high", "data")
 
 _BATCHES = 16
 """How many batches of each priority may wait for a connection, as many as Zenoh allows. With its
-two, most of what a hive says at once was dropped: 200 tasks posted together took 15 s, now 2."""
+two, a hive lost messages that it said at once (docs/benchmarks.md, auction)."""
 
 
 class Mode(Enum):
