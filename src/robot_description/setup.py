@@ -6,6 +6,7 @@ setup(
     **generate_distutils_setup(
         packages=[
             "robot_description",
+            "robot_description.ros",
         ],
         package_dir={"": "src"},
     )

@@ -35,9 +35,9 @@ from hive_navigation.control.goal_tracker import NavigationSettings
 from hive_navigation.localization.amcl_settings import AmclSettings
 from hive_navigation.mapping.mapper_settings import MapperSettings
 from hive_navigation.ros.fake_localization_node import FakeLocalizationSettings
-from hive_navigation.ros.fixed_links import links_of
 from hive_navigation.ros.startup import read_model, read_settings
 from hive_navigation.ros.traffic_parameters import TrafficParameters
+from robot_description.ros.fixed_links import links_of
 from robot_description.urdf import robot_urdf
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.ros.vehicle_settings import AgentEntry, ConnectorEntry

@@ -244,6 +244,34 @@ def test_messages_without_a_header_are_carried_too(ros, machines):
     assert ros.next("/b/zone_command") == ZoneCommand("door", True)
 
 
+def test_what_is_for_a_display_is_heard_from_the_robot_itself_only(machines):
+    a, b = machines
+    heard = queue.Queue()
+    take = lambda *said: heard.put(said)  # noqa: E731  (a callback)
+    a.relay.hear("robot2/plan", Traffic, "robot2", take)
+    teller = b.relay.advertise("robot2/plan", for_display=True)
+    b.wait(b.session, "hive/lab/robot2/plan/robot2")
+    b.session.put("hive/lab/robot2/plan/robot3", serialized(Traffic(name="robot3")))
+    teller.put(serialized(Traffic(name="robot2")))
+
+    assert heard.get(timeout=WITHIN) == (Traffic(name="robot2"), "robot2")
+    assert heard.empty()
+
+
+def test_a_message_that_is_not_taken_is_refused_with_the_reason(machines):
+    a, b = machines
+
+    def take(msg, _sender):
+        raise ValueError(f"{msg.name} is no pose")
+
+    a.relay.hear("robot2/amcl_pose", Traffic, "robot2", take)
+    teller = b.relay.advertise("robot2/amcl_pose", for_display=True)
+    b.wait(b.session, "hive/lab/robot2/amcl_pose/robot2")
+    teller.put(serialized(Traffic(name="x")))
+
+    assert a.refused.get(timeout=WITHIN) == ("robot2/amcl_pose", "x is no pose")
+
+
 def test_hives_of_other_names_hear_nothing(ros, machines):
     a, b = machines
     hall = Relay(b.session, Own("hall", "robot2"), "/hall/", lambda *_: None)

@@ -12,6 +12,7 @@ import rospy
 from blackboard.domain.talker import LEARNER_TOPICS, ROBOT_TOPICS, VOTER_TOPICS
 from blackboard.errors import SettingsError
 from blackboard.process.talker import ProcessTalker
+from blackboard.ros import drives as drives_module
 from blackboard.ros import relay as relay_module
 from blackboard.ros import transport
 from blackboard.ros.transport import make_talker, zenoh_settings
@@ -40,7 +41,7 @@ class FakeRelay:
 
     def __init__(self, session, own, namespace, refuse):
         self.session, self.own, self.namespace, self.refuse = session, own, namespace, refuse
-        self.brought, self.taken = {}, []
+        self.brought, self.taken, self.drives = {}, [], []
         self.bring_in, self.take_out = self.brought.__setitem__, self.taken.append
 
 
@@ -64,6 +65,8 @@ class Node:
         monkeypatch.setattr(link_module, "open_session", self._open)
         monkeypatch.setattr(link_module, "ZenohLink", self._noting(self.links, FakeLink))
         monkeypatch.setattr(relay_module, "Relay", self._noting(self.relays, FakeRelay))
+        tell = lambda relay, *drive: relay.drives.append(drive)  # noqa: E731  (one line)
+        monkeypatch.setattr(drives_module, "DriveTeller", tell)
 
     def _search(self, name):
         return f"/lab/{name}" if f"/lab/{name}" in self.parameters else None
@@ -181,8 +184,19 @@ def test_a_relay_takes_out_what_its_process_may_say_and_brings_in_all(
     }
 
 
+def test_a_robot_s_process_tells_where_it_is_and_drives(on_zenoh):
+    make_talker("/lab/", STANDS_BY, ("robot1",))
+    make_talker("/lab/", VOTER_TOPICS)
+
+    robot, blackboard = on_zenoh.relays
+    ((names, refuse),) = robot.drives
+    assert names == ("/lab/", "robot1")
+    assert refuse is not None
+    assert blackboard.drives == []
+
+
 def test_nothing_is_relayed_where_all_members_share_one_ros_master(on_zenoh):
-    on_zenoh.parameters["/lab/zenoh"] = {"listen": [LISTEN], "traffic": False}
+    on_zenoh.parameters["/lab/zenoh"] = {"listen": [LISTEN], "own_master": False}
 
     talker = make_talker("/lab/", STANDS_BY, ("robot1",))
 

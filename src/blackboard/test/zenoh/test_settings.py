@@ -28,14 +28,14 @@ def test_all_that_may_be_set_is_read():
         "certificates": "/etc/robot1",
         "hive": "hall_2-b",
         "mode": "client",
-        "traffic": False,
+        "own_master": False,
     }
 
     found = structure(given, ZenohSettings)
 
     assert found.endpoints == Endpoints((LAN,), (LOOPBACK, EVERYWHERE))
     assert found.folder == Path("/etc/robot1")
-    assert (found.hive, found.mode, found.traffic) == ("hall_2-b", "client", False)
+    assert (found.hive, found.mode, found.own_master) == ("hall_2-b", "client", False)
 
 
 def test_without_any_value_a_process_is_a_peer_that_nobody_reaches():
@@ -44,7 +44,7 @@ def test_without_any_value_a_process_is_a_peer_that_nobody_reaches():
     assert found.endpoints == Endpoints()
     assert found.folder is None
     assert (found.hive, found.mode, found.address) == ("hive", "peer", "")
-    assert found.traffic
+    assert found.own_master
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_without_any_value_a_process_is_a_peer_that_nobody_reaches():
         ({"mode": True}, r"mode: True; allowed: peer \| client"),
         ({"listen": LAN}, f"listen: '{LAN}'; allowed: a list"),
         ({"connect": [LAN, 7447]}, r"connect\[1\]: 7447; allowed: a text"),
-        ({"traffic": "no"}, "traffic: 'no'; allowed: true or false"),
+        ({"own_master": "no"}, "own_master: 'no'; allowed: true or false"),
         ({"certificates": 7}, "certificates: 7; allowed: a text"),
         ({"lisen": []}, "lisen: unknown; allowed: the keys listen, connect, certificates, hive"),
         ("peer", "'peer'; allowed: the keys listen, connect"),

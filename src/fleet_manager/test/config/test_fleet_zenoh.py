@@ -88,7 +88,7 @@ def test_each_member_listens_where_the_fleet_says_and_connects_to_those_before_i
         "blackboard": {
             "listen": ["tls/10.0.0.1:7447"],
             "connect": [],
-            "traffic": True,
+            "own_master": True,
             "certificates": str(folder / "blackboard"),
         }
     }
@@ -96,7 +96,7 @@ def test_each_member_listens_where_the_fleet_says_and_connects_to_those_before_i
         "bob/robot": {
             "listen": ["tls/10.0.0.3:7447"],
             "connect": ["tls/10.0.0.1:7447", "tls/10.0.0.2:7447"],
-            "traffic": True,
+            "own_master": True,
             "certificates": str(folder / "bob"),
         }
     }
@@ -119,10 +119,22 @@ def test_an_operator_s_machine_has_a_gateway_to_all_members(file):
     assert told == {
         "hive_gateway": {
             "connect": [f"tls/10.0.0.{number}:7447" for number in (1, 2, 3)],
-            "traffic": True,
+            "own_master": True,
             "certificates": str(file.parent / "certs" / "eve"),
         }
     }
+
+
+def test_an_operator_s_machine_can_draw_the_robots_of_other_machines(file):
+    def drawn(*machine):
+        root = launched(fleet_of(file), *machine)
+        names = [each.get("name") for each in root.iterfind("param")]
+        end = "/robot_description"
+        return {name.removesuffix(end) for name in names if name.endswith(end)}
+
+    assert drawn("eve") == {"amy", "bob"}
+    assert drawn("amy", "eve") == {"bob"}  # amy's own launch file loads hers
+    assert drawn("amy") == drawn("blackboard") == set()
 
 
 def test_every_machine_knows_the_hive_s_settings(file):
@@ -139,10 +151,10 @@ def test_on_one_machine_members_are_reached_at_ports_of_their_own_that_others_do
     told = settings(root)
     ends = [f"tcp/127.0.0.1:{port}" for port in (7447, 7448, 7449)]
     assert told == {
-        "blackboard": {"listen": ends[:1], "connect": [], "traffic": False},
-        "amy/robot": {"listen": ends[1:2], "connect": ends[:1], "traffic": False},
-        "bob/robot": {"listen": ends[2:], "connect": ends[:2], "traffic": False},
-        "hive_gateway": {"connect": ends, "traffic": False},
+        "blackboard": {"listen": ends[:1], "connect": [], "own_master": False},
+        "amy/robot": {"listen": ends[1:2], "connect": ends[:1], "own_master": False},
+        "bob/robot": {"listen": ends[2:], "connect": ends[:2], "own_master": False},
+        "hive_gateway": {"connect": ends, "own_master": False},
     }
     assert robots_in(root) == ["amy", "bob"]
 

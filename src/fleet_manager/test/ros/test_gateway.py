@@ -156,6 +156,17 @@ def test_a_new_robot_is_listened_for_once(ros, hive):
     assert [msg.robot_id for msg in ros.sent(ROBOT_STATUS)] == ["robot1", "robot2", "robot1"]
 
 
+def test_each_robot_is_shown_once_where_it_is(ros):
+    fake, shown = FakeHive(), []
+    Gateway(fake, fake, "/lab/", SimpleNamespace(show=shown.append)).start()
+    for name in ("robot1", "robot2", "robot1", "robot-3"):
+        fake.says(ROBOT_STATUS, status(name))
+    fake.says(ROBOT_STATUS, status("robot4", RobotState.OFFLINE))
+
+    assert shown == ["robot1", "robot2"]
+    assert len(ros.of_robots()) == 2
+
+
 def test_what_a_robot_is_told_reaches_that_robot(ros, hive):
     for name in ("robot1", "robot2"):
         hive.says(ROBOT_STATUS, status(name))

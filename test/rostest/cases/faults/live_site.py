@@ -134,6 +134,10 @@ class LiveSite(LiveHive):
         """Start every host, and the operator's gateway."""
         for node in self.members:
             self.start_host(self.host_of(node))
+        self.start_gateway()
+
+    def start_gateway(self):
+        """Start the operator's gateway."""
         gateway = (sys.executable, str(node_file("fleet_manager", "hive_gateway")))
         self.start(GATEWAY, program=gateway)
 

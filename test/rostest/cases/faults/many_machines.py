@@ -8,10 +8,14 @@ import contextlib
 import time
 
 import pytest
+import rospy
 from blackboard.msg import RobotStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from launching import run_hive
 from live_network import network_of
-from live_site import doers, is_local, post, site_on
+from live_site import GATEWAY, doers, is_local, post, site_on
+from nav_msgs.msg import Path
+from tf2_msgs.msg import TFMessage
 
 from hive_lab.live.live_operator import make_task
 
@@ -61,6 +65,61 @@ def test_the_operator_s_commands_reach_the_hive_through_the_gateway(operator):
         operator.demand(
             lambda state=state: operator.robots["robot4"].state == state, f"robot4 is {word}"
         )
+
+
+class Shown:
+    """Where the operator's machine shows robots, by three ways to see it: y [m] of each robot."""
+
+    def __init__(self):
+        self.poses, self.paths, self.frames = {}, {}, {}
+        self._ears = [rospy.Subscriber("/tf", TFMessage, self._hear_frames)]
+        for robot in ROBOTS:
+            topics = {"amcl_pose": PoseWithCovarianceStamped, "move_base/plan": Path}
+            self._ears += [
+                rospy.Subscriber(f"/{robot}/{topic}", kind, self._hear, robot)
+                for topic, kind in topics.items()
+            ]
+
+    def _hear(self, msg, robot):
+        if isinstance(msg, Path):
+            self.paths[robot] = msg.poses[-1].pose.position.y
+        else:
+            self.poses[robot] = msg.pose.pose.position.y
+
+    def _hear_frames(self, msg):
+        for each in msg.transforms:
+            self.frames[each.child_frame_id] = each.transform.translation.y
+
+    def is_at(self, robots, y):
+        """Return whether all three show robots at y."""
+        ways = (self.poses, self.paths)
+        bases = (self.frames.get(f"{robot}/base_footprint") for robot in robots)
+        return all(way.get(robot) == y for way in ways for robot in robots) and {*bases} == {y}
+
+    def forget(self):
+        """Forget what was seen so far."""
+        for seen in (self.poses, self.paths, self.frames):
+            seen.clear()
+
+    def close(self):
+        """See no more."""
+        for each in self._ears:
+            each.unregister()
+
+
+def test_the_operator_s_machine_shows_where_robots_are_and_drive(site, operator):
+    with contextlib.closing(Shown()) as shown:
+        far = 7.0
+        tasks = [make_task(f"shown-{x}", (float(x), far)) for x in range(6)]
+        for task in tasks:
+            operator.post(task)
+        robots = doers(operator, [task.id for task in tasks])
+        operator.demand(lambda: shown.is_at(robots, far), f"{robots} are shown at y = {far}")
+
+        site.kill(GATEWAY)
+        shown.forget()
+        site.start_gateway()
+        operator.demand(lambda: shown.is_at(robots, far), "they are shown there again", CUT)
 
 
 @pytest.mark.usefixtures("operator")

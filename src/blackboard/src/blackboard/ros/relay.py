@@ -68,44 +68,77 @@ class Relay:
         publisher = rospy.Publisher(
             self._namespace + topic, kind, queue_size=_QUEUE_SIZE, headers={RELAYED: "1"}
         )
-        tell = partial(self._bring_in, topic, kind, publisher)
-        key = key_of(self._own.hive, topic, "*")
-        self._kept.append(
-            self._session.declare_subscriber(
-                key, Callback(tell, indirect=False), allowed_origin=zenoh.Locality.REMOTE
-            )
-        )
 
-    def _bring_in(
+        def tell(msg: Any, sender: str) -> None:  # noqa: ANN401  (of the type)
+            _check_speaker(topic, msg, sender)
+            self._brought.append(serialized(msg)[_SEQ_SIZE:])
+            publisher.publish(msg)
+
+        self.hear(topic, kind, "*", tell)
+
+    def hear(
         self,
         topic: str,
         kind: type[genpy.Message],
-        publisher: rospy.Publisher,
+        sender: str,
+        take: Callable[[Any, str], None],
+    ) -> None:
+        """Have what someone says on a topic taken, in a thread of Zenoh's.
+
+        Args:
+            topic: Below the hive.
+            kind: The type of its messages.
+            sender: Who is heard; `*` for all others.
+            take: Called with a message and its sender; a ValueError tells why it is refused.
+        """
+        listener = Callback(partial(self._hear, topic, kind, take), indirect=False)
+        self._kept.append(
+            self._session.declare_subscriber(
+                key_of(self._own.hive, topic, sender),
+                listener,
+                allowed_origin=zenoh.Locality.REMOTE,
+            )
+        )
+
+    def _hear(
+        self,
+        topic: str,
+        kind: type[genpy.Message],
+        take: Callable[[Any, str], None],
         sample: zenoh.Sample,
     ) -> None:
         if sample.kind != zenoh.SampleKind.PUT or rospy.is_shutdown():
             return
         try:
-            msg = deserialized(kind, sample.payload)
-            _check_speaker(topic, msg, str(sample.key_expr).rpartition("/")[2])
+            take(deserialized(kind, sample.payload), str(sample.key_expr).rpartition("/")[2])
         except (ValueError, genpy.DeserializationError) as error:
             self._refuse(topic, str(error))
-            return
-        self._brought.append(serialized(msg)[_SEQ_SIZE:])
-        publisher.publish(msg)
 
     def take_out(self, topic: str) -> None:
         """Say to others what this machine says on a topic."""
-        publisher = self._session.declare_publisher(
-            key_of(self._own.hive, topic, self._own.name),
-            congestion_control=zenoh.CongestionControl.DROP,
-            allowed_destination=zenoh.Locality.REMOTE,
-        )
-        self._kept.append(publisher)
-        hear = partial(self._take_out, publisher)
+        hear = partial(self._take_out, self.advertise(topic))
         rospy.Subscriber(
             self._namespace + topic, rospy.AnyMsg, hear, queue_size=_QUEUE_SIZE, tcp_nodelay=True
         )
+
+    def advertise(self, topic: str, *, for_display: bool = False) -> zenoh.Publisher:
+        """Return what says a topic to others.
+
+        Args:
+            topic: Below the hive.
+            for_display: Whether it may be lost, and everything else goes first.
+        """
+        publisher = self._session.declare_publisher(
+            key_of(self._own.hive, topic, self._own.name),
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.DATA_LOW if for_display else zenoh.Priority.DATA,
+            reliability=(
+                zenoh.Reliability.BEST_EFFORT if for_display else zenoh.Reliability.RELIABLE
+            ),
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+        self._kept.append(publisher)
+        return publisher
 
     def _take_out(self, publisher: zenoh.Publisher, msg: rospy.AnyMsg) -> None:
         header = msg._connection_header  # noqa: SLF001  (rospy has no other way)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import atexit
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import rospy
@@ -15,6 +16,7 @@ from blackboard.ros.talker import RosRuntime, RosTalker
 from blackboard.ros.traffic_kinds import ROUTES, TRAFFIC, TRAFFIC_KINDS, TRAFFIC_STATE
 from blackboard.zenoh.session import Mode, session_config
 from blackboard.zenoh.settings import ZenohSettings
+from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
 
 if TYPE_CHECKING:
@@ -63,9 +65,11 @@ def make_talker(
     leads = set(VOTER_TOPICS) <= set(topics)
     said = [*((TRAFFIC,) if robots else ()), *((ROUTES, TRAFFIC_STATE) if leads else ())]
     talker = joined.talker(hive)
-    if not settings.traffic:
+    if not settings.own_master:
         return talker
     relay = joined.relay(hive, talker)
+    for robot in robots:
+        joined.tell_drive(RobotNames(hive, robot), talker, relay)
     for topic, kind in TRAFFIC_KINDS.items():
         relay.bring_in(topic, kind)
         if topic in said:
@@ -101,10 +105,18 @@ class Joined(NamedTuple):
         """Return what carries topics that are not the core's; see `talker`."""
         from blackboard.ros.relay import Relay  # noqa: PLC0415  (see `join_network`)
 
-        def refuse(topic: str, why: str) -> None:
-            talker.call(lambda: talker.refuse(topic, why))  # Zenoh calls in threads of its own
+        return Relay(self.session, self.own, hive, partial(_refuse, talker))
 
-        return Relay(self.session, self.own, hive, refuse)
+    def tell_drive(self, robot: RobotNames, talker: ProcessTalker, relay: Relay) -> None:
+        """Tell others where a robot of this process is, and where it drives."""
+        from blackboard.ros.drives import DriveTeller  # noqa: PLC0415  (see `join_network`)
+
+        DriveTeller(relay, robot, partial(_refuse, talker))
+
+
+def _refuse(talker: ProcessTalker, topic: str, why: str) -> None:
+    """Note in the talker's thread why a message was refused; any thread may call this."""
+    talker.call(lambda: talker.refuse(topic, why))
 
 
 def join_network(

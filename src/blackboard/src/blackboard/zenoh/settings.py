@@ -35,9 +35,10 @@ class ZenohSettings:
     """The hive's name in keys, without certificates; with them it is their site."""
     mode: Annotated[str, one_of(Mode.PEER.value, Mode.CLIENT.value)] = Mode.PEER.value
     """Whether it connects to all others, or to a router."""
-    traffic: bool = True
-    """Whether it carries what robots and the traffic planner announce to each other; false where
-    all members share one ROS master, over which they hear it anyway."""
+    own_master: bool = True
+    """Whether its machine has a ROS master of its own. If so, this process also carries what
+    robots and the traffic planner announce to each other, and where robots are and drive; if not,
+    all hear that over the one ROS master."""
 
     @property
     def endpoints(self) -> Endpoints:

@@ -51,8 +51,8 @@ LOCALIZATIONS = ("fake_localization", "amcl", "none")
 NAVIGATIONS = ("ours", "none")
 """Whose `move_base` drives a robot: the hive's own, or that of another node."""
 
-OUR_PLAN, STOCK_PLAN = "move_base/plan", "move_base/NavfnROS/plan"
-"""Where our `move_base` publishes its planned path, and where ROS's own does with navfn."""
+STOCK_PLAN = "move_base/NavfnROS/plan"
+"""Where ROS's own `move_base` publishes its planned path with navfn."""
 
 _PLAN_TOPIC = Allowed(
     "the name of a topic in the robot's namespace, such as move_base/NavfnROS/plan",
@@ -133,9 +133,9 @@ class FleetRobot:
         return self.driver == "vda5050"
 
 
-def plan_topic(robot: FleetRobot) -> str:
-    """Return the topic of a robot's planned path, in its namespace."""
-    return robot.plan or (STOCK_PLAN if robot.navigation == "none" else OUR_PLAN)
+def plan_topic(robot: FleetRobot) -> str | None:
+    """Return the topic of a robot's path, in its namespace; None if our `move_base` plans it."""
+    return robot.plan or (STOCK_PLAN if robot.navigation == "none" else None)
 
 
 _ADDRESS = Allowed(

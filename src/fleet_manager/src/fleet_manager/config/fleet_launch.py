@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 import attrs
 
 from blackboard.costing.cost import measure_for
-from fleet_manager.config.fleet_file import BLACKBOARD, OUR_PLAN, plan_topic
+from fleet_manager.config.fleet_file import BLACKBOARD, plan_topic
 from fleet_manager.config.launch_lines import yaml_line
 from fleet_manager.config.zenoh_launch import zenoh_lines
 from robot_description.models import model_path
@@ -77,6 +77,10 @@ def launch_text(
                 lines += _each(fleet, robot, sim=sim, stands_by=number < fleet.stand_by)
     if fleet.transport == "zenoh":
         lines += zenoh_lines(fleet, machine)
+        if not set(fleet.zenoh.operators).isdisjoint(machine):
+            for robot in fleet.robots:
+                if robot.name not in machine and robot.model:
+                    lines.append(_description(robot))
     lines += agv_lines(fleet, port)
     lines.append("</launch>\n")
     return "\n".join(lines)
@@ -141,7 +145,7 @@ def _shared(fleet: Fleet) -> list[str]:
             start = {"initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw}
             settings["amcl"] = dict(start)
         lines += parameters(robot, files, settings)
-        if (plan := plan_topic(robot)) != OUR_PLAN:
+        if (plan := plan_topic(robot)) is not None:
             lines.append(_text(f"{robot.name}/plan_topic", plan))
     for first in range(0, len(members), MOST_HOSTED):
         hosted = [
@@ -171,12 +175,14 @@ def parameters(
         for node, file in files.items()
     ]
     lines += [yaml_line(f"{robot.name}/{node}", values) for node, values in settings.items()]
-    if not robot.model:
-        return lines
-    return [
-        *lines,
-        _text(f"{robot.name}/robot_description", robot_urdf(robot.model, f"{robot.name}/")),
-    ]
+    if robot.model:
+        lines.append(_description(robot))
+    return lines
+
+
+def _description(robot: FleetRobot) -> str:
+    """Return the line that loads a robot's URDF, by which RViz draws it."""
+    return _text(f"{robot.name}/robot_description", robot_urdf(robot.model, f"{robot.name}/"))
 
 
 def _text(name: str, value: str) -> str:

@@ -49,14 +49,14 @@ def zenoh_lines(fleet: Fleet, machine: Collection[str]) -> Iterator[str]:
     for place, name in enumerate(addresses):
         if not machine or name in machine:
             # Of two members, the later one connects to the other.
-            own = {"listen": [ends[place]], "connect": ends[:place], "traffic": bool(machine)}
+            own = {"listen": [ends[place]], "connect": ends[:place], "own_master": bool(machine)}
             node = name if name == BLACKBOARD else f"{name}/robot"
             yield yaml_line(f"{node}/zenoh", own | _certificates(fleet, name))
     operators = fleet.zenoh.operators if machine else fleet.zenoh.operators[:1]
     for name in operators:
         if not machine or name in machine:
             yield f'  <node pkg="fleet_manager" type="{GATEWAY}" name="{GATEWAY}" output="screen">'
-            own = {"connect": ends, "traffic": bool(machine)}
+            own = {"connect": ends, "own_master": bool(machine)}
             yield "  " + yaml_line("zenoh", own | _certificates(fleet, name))
             yield "  </node>"
 

@@ -22,6 +22,7 @@ from blackboard.ros.startup import run_node
 from blackboard.ros.traffic_kinds import TRAFFIC_KINDS, TRAFFIC_STATE, ZONE_COMMAND
 from blackboard.ros.transport import PARAMETER, join_network, zenoh_settings
 from fleet_manager.ros.hive_topics import QUEUE_SIZE
+from fleet_manager.ros.remote_drives import RemoteDrives
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,15 +49,23 @@ class Gateway:
         talker: Of this process.
         link: Of the talker.
         hive: Namespace of the hive on this machine, ending in a slash.
+        drives: Shows where robots are and drive; None where this machine's ROS does already.
 
     ROS Subscribers: `new_task`, `task_cancel`, and of every robot ROBOT/set_state.
     ROS Publishers: all other topics of the hive, with the types in `codec.tables.WIRES`.
     """
 
-    def __init__(self, talker: ProcessTalker, link: ZenohLink, hive: str) -> None:
+    def __init__(
+        self,
+        talker: ProcessTalker,
+        link: ZenohLink,
+        hive: str,
+        drives: RemoteDrives | None = None,
+    ) -> None:
         self._talker = talker
         self._link = link
         self._hive = hive
+        self._drives = drives
         self._robots: set[str] = set()
         self._recap = Recap()
         self._shown: dict[str, rospy.Publisher] = {
@@ -100,6 +109,8 @@ class Gateway:
         self._recap.meet(robot)
         tell = partial(self._link.publish_to_robot, robot, topics.SET_STATE)
         self._pass_on(f"{robot}/{topics.SET_STATE}", topics.SET_STATE, tell)
+        if self._drives is not None:
+            self._drives.show(robot)
 
     def _pass_on(self, name: str, topic: str, tell: Callable[[Any], None]) -> None:
         """Tell the hive what is published on ROS under a name below the hive."""
@@ -141,9 +152,11 @@ def _run() -> None:
     hive = rospy.get_namespace()
     joined = join_network(settings, hive, "", ASKED)
     talker = joined.talker(hive)
-    if settings.traffic:
+    drives = None
+    if settings.own_master:
         relay = joined.relay(hive, talker)
         relay.bring_in(TRAFFIC_STATE, TRAFFIC_KINDS[TRAFFIC_STATE])
         relay.take_out(ZONE_COMMAND)
-    Gateway(talker, joined.link, hive).start()
+        drives = RemoteDrives(relay, hive)
+    Gateway(talker, joined.link, hive, drives).start()
     talker.spin()

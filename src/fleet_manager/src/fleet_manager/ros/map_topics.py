@@ -15,12 +15,12 @@ from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamp
 from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
-from fleet_manager.config.fleet_file import OUR_PLAN
 from fleet_manager.desk.chart import levels_of
 from fleet_manager.desk.facts import Clicked, MapKnown, PlannedPath, RobotPose
 from hive_common.errors import MapError
 from hive_common.pose import Pose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg
+from hive_common.ros.names import RobotNames, plan_topic
 
 if TYPE_CHECKING:
     from fleet_manager.ros.hive_topics import FactSink
@@ -52,7 +52,8 @@ class MapTopics:
         """
         if rosgraph.names.is_legal_base_name(robot):
             hear = partial(self._hear_path, robot)
-            rospy.Subscriber(f"{robot}/{_plan_topic(robot)}", Path, hear, queue_size=1)
+            plan = plan_topic(RobotNames(rospy.get_namespace(), robot))
+            rospy.Subscriber(plan, Path, hear, queue_size=1)
             locate = partial(self._hear_pose, robot)
             rospy.Subscriber(f"{robot}/amcl_pose", PoseWithCovarianceStamped, locate, queue_size=1)
 
@@ -88,15 +89,3 @@ def _pose(msg: Any) -> Pose | None:  # noqa: ANN401  (geometry_msgs/Pose)
     except ValueError as error:
         rospy.logwarn_throttle_identical(10, f"a pose is ignored: {error}")
         return None
-
-
-def _plan_topic(robot: str) -> str:
-    """Return the topic of a robot's path, in its namespace."""
-    given = str(rospy.get_param(f"{robot}/plan_topic", OUR_PLAN))
-    if rosgraph.names.is_legal_name(given) and not given.startswith(("/", "~")):
-        return given
-    rospy.logwarn(
-        f"{robot}/plan_topic: {given[:64]!r}; allowed: a topic in the robot's namespace, such as "
-        f"move_base/NavfnROS/plan; {OUR_PLAN} is taken"
-    )
-    return OUR_PLAN

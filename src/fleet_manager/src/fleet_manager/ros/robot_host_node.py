@@ -31,10 +31,10 @@ from hive_common.ros.params import structured
 from hive_common.structuring import one_of
 from hive_navigation.ros.amcl_node import Amcl
 from hive_navigation.ros.fake_localization_node import FakeLocalization
-from hive_navigation.ros.fixed_links import links_of
 from hive_navigation.ros.move_base_node import MoveBase
 from hive_navigation.ros.position_announcer import PositionAnnouncer
 from hive_navigation.ros.surroundings import Surroundings
+from robot_description.ros.fixed_links import links_of
 from simenv.ros.spawning import spawn_each
 
 if TYPE_CHECKING:

@@ -9,9 +9,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import rosgraph.names
 import rospy
 
 from hive_common.errors import ParameterError
+
+OUR_PLAN = "move_base/plan"
+"""Where our `move_base` publishes its planned path, in the robot's namespace."""
+
+_MOST_LETTERS = 64
 
 
 class RobotNames(NamedTuple):
@@ -39,3 +45,20 @@ def own_names() -> RobotNames:
             "start it with a launch file of its package, such as robot.launch name:=robot1"
         )
     return RobotNames(namespace[: -len(robot) - 1], robot)
+
+
+def plan_topic(robot: RobotNames) -> str:
+    """Return the full name of the topic of a robot's planned path (nav_msgs/Path).
+
+    ROS Parameters: `plan_topic` of the robot, a name in its namespace, or with a slash in front
+        wherever it is; where it is not set, or no topic can be called so, that of our `move_base`.
+    """
+    name = robot.of("plan_topic")
+    given = str(rospy.get_param(name, OUR_PLAN))
+    if not given or not rosgraph.names.is_legal_name(given) or given.startswith("~"):
+        rospy.logwarn(
+            f"{name}: {given[:_MOST_LETTERS]!r}; allowed: a topic, such as "
+            f"move_base/NavfnROS/plan; {OUR_PLAN} is taken"
+        )
+        given = OUR_PLAN
+    return given if given.startswith("/") else robot.of(given)

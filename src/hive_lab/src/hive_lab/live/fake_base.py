@@ -18,6 +18,7 @@ import actionlib
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
+from nav_msgs.msg import Path
 
 from hive_common.ros import action_servers
 from hive_common.ros.signals import init_node
@@ -39,7 +40,8 @@ class FakeBase:
         held: Whether no drive arrives now, however long it has lasted.
 
     ROS Actions: server of `move_base` (move_base_msgs/MoveBaseAction).
-    ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), latched.
+    ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped) and `move_base/plan`
+        (nav_msgs/Path, the goal alone), latched.
     """
 
     def __init__(self, namespace: str, seconds: float = 0.1, x: float = 0.0) -> None:
@@ -53,6 +55,7 @@ class FakeBase:
         self._pose = rospy.Publisher(
             f"{namespace}/amcl_pose", PoseWithCovarianceStamped, latch=True, queue_size=1
         )
+        self._plan = rospy.Publisher(f"{namespace}/move_base/plan", Path, latch=True, queue_size=1)
         self._say_pose(x, 0.0)
         self._server = actionlib.SimpleActionServer(
             f"{namespace}/move_base", MoveBaseAction, self._drive, auto_start=False
@@ -65,6 +68,7 @@ class FakeBase:
 
     def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
         self.begun += 1
+        self._plan.publish(Path(goal.target_pose.header, [goal.target_pose]))
         run = self._cancelled
         end = time.monotonic() + self.seconds
         while (left := end - time.monotonic()) > 0 or self.held:

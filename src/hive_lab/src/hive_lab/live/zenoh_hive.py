@@ -56,7 +56,7 @@ class ZenohHive(LiveHive):
                 "listen": [self.endpoints[place]],
                 "connect": list(self.endpoints[:place]),
                 "certificates": str(self.site.folder_of(name)),
-                "traffic": False,
+                "own_master": False,
             }
             rospy.set_param(f"{self.namespace}{name}/zenoh", own)
 

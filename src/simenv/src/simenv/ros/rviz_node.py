@@ -28,6 +28,7 @@ from hive_common.errors import HiveError, MapError
 from hive_common.palette import robot_color
 from hive_common.pose import Pose
 from hive_common.ros.conversions import pose_from_msg
+from hive_common.ros.names import RobotNames, plan_topic
 from hive_common.ros.params import number, text
 from hive_common.ros.reconnecting import keep_connected
 from hive_common.ros.signals import init_node
@@ -110,7 +111,7 @@ def _robots(timeout: float) -> dict[str, str]:
     robots = sorted(
         name.removesuffix(_DESCRIPTION) for name in names if name.endswith(_DESCRIPTION)
     )
-    return {name: str(rospy.get_param(f"{name}/plan_topic", "move_base/plan")) for name in robots}
+    return {name: plan_topic(RobotNames(space, name)) for name in robots}
 
 
 def with_robots(config: str, robots: Mapping[str, str]) -> str:

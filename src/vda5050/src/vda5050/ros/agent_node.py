@@ -22,8 +22,8 @@ from hive_common.ros.loopback import hear_own_topics
 from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
 from hive_navigation.control.goal_tracker import NavigationSettings
-from hive_navigation.ros.fixed_links import links_of
 from hive_navigation.ros.surroundings import Surroundings
+from robot_description.ros.fixed_links import links_of
 from vda5050.agent.body import model_of
 from vda5050.agent.inspection import FROM_AGVS
 from vda5050.mqtt.link import BrokerSettings, Link
