@@ -150,6 +150,18 @@ def test_a_path_that_is_no_path_is_refused_and_the_pose_is_told_all_the_same(mac
     assert reason
 
 
+@pytest.mark.usefixtures("teller")
+def test_a_robot_that_drives_tells_its_pose_at_each_look_and_its_path_once_a_second(machine):
+    told = []
+    for number in range(10):
+        machine.says("/lab/robot1/amcl_pose", pose(float(number)))
+        machine.says("/lab/robot1/move_base/plan", path(number + 2))
+        told += [topic for topic, _ in machine.looks(after=0.2)]
+
+    assert told.count("robot1/amcl_pose") == 10
+    assert told.count("robot1/plan") == 2
+
+
 def test_of_many_messages_the_newest_is_told_and_not_too_often():
     newest = Newest(period=0.2, again=2.0)
     newest.hear(serialized(pose(1.0)))

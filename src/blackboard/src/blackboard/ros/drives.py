@@ -40,8 +40,9 @@ MOST_POINTS = 200
 _LOOK = 0.2
 """Time between two looks whether something has to be told [s]."""
 
-_PERIODS = {POSE: (0.2, 2.0), PLAN: (1.0, 10.0)}
-"""The shortest time between two tellings, and the time until the same is told again [s]."""
+_PERIODS = {POSE: (0.0, 2.0), PLAN: (1.0, 10.0)}
+"""The shortest time between two tellings, and the time until the same is told again [s]. A pose
+that has changed is told at each look."""
 
 _STAMP_END = 12
 """A message begins with its number and its stamp [B]."""
