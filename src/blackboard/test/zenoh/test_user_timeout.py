@@ -76,9 +76,10 @@ def test_of_all_that_is_open_only_connections_are_looked_at_and_nothing_stays_op
 
 def test_sockets_that_block_go_on_to_block_where_rospy_has_set_a_default_timeout(connections):
     (one, other), _ = connections
-    other.setblocking(True)
     before = socket.getdefaulttimeout()
     with socket.create_server(("127.0.0.1", 0)) as server:
+        for each in (other, server):
+            each.setblocking(True)
         socket.setdefaulttimeout(60.0)
         try:
             limit(text(one.getsockname()), text(one.getpeername()))
