@@ -36,17 +36,27 @@ LAST_WORDS = 5
 """Most heartbeats of a leader that was frozen, before it knows that it is none: one second's."""
 
 
+class HangingHive(HeldHive):
+    """A hive whose nodes hang from SIGUSR1 to SIGUSR2, each of which may lead."""
+
+    def start(self, node, *arguments, **options):
+        """Start a node that can hang."""
+        kind = "robot_node" if self.robot_of(node) else "blackboard_node"
+        options.setdefault("program", [str(NODES / "stuck_node"), kind])
+        super().start(node, *arguments, **options)
+
+
 @pytest.fixture(scope="session")
 def hive(tmp_path_factory):
     """A hive of a blackboard node and four robots, shared by all cases of this file."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
-    hive = HeldHive(tmp_path_factory.mktemp("hive"), "/members/")
+    hive = HangingHive(tmp_path_factory.mktemp("hive"), "/members/")
     hive.drives = {name: FakeBase(f"/members/{name}", x=float(i)) for i, name in enumerate(ROBOTS)}
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         for name in map(hive.node_of, hive.robots):
             hive.start(name)
-        hive.start(hive.blackboard, program=[str(NODES / "stuck_blackboard")])
+        hive.start(hive.blackboard)
         yield hive
     finally:
         hive.end()
@@ -221,12 +231,6 @@ def test_a_blackboard_that_is_frozen_for_a_moment_stays_the_active_one(hive, ope
 
 
 def test_a_node_whose_own_thread_hangs_is_replaced_though_its_process_answers(hive, operator):
-    takes_over(hive, operator, lambda name: name != hive.blackboard)
-    hive.kill(hive.blackboard)
-    operator.forget_answers()
-    # The one before may be the plain node, which SIGUSR1 ends.
-    hive.start(hive.blackboard, program=[str(NODES / "stuck_blackboard")])
-    takes_over(hive, operator, lambda name: name == hive.blackboard)
     active, epoch = operator.last.active, operator.last.epoch
     since = hive.clock.now()
     hive.signal(active, signal.SIGUSR1)
