@@ -24,7 +24,7 @@ class FakeRos:
     def __init__(self):
         self.nodes, self.parameters, self.lines = set(), {}, []
         self.publishers, self.frames, self.links = {}, [], []
-        self.now, self.answers = 7.0, True
+        self.now = 7.0
 
     def advertise(self, name, kind, *, latch, queue_size):
         sent = []
@@ -37,8 +37,6 @@ class FakeRos:
         return self
 
     def lookupNode(self, name):  # noqa: N802  (as rosgraph has it)
-        if not self.answers:
-            raise ConnectionRefusedError(111, "Connection refused")
         if name not in self.nodes:
             raise rosgraph.MasterError(f"unknown node [{name}]")
         return "http://127.0.0.1:4711/"
@@ -90,11 +88,11 @@ def drives(ros, relay):
     return RemoteDrives(relay, "/lab/")
 
 
-def pose(x, y, w=1.0):
+def pose(x, y, w=1.0, z=0.0):
     made = PoseWithCovarianceStamped()
     made.header.stamp.secs = 3
     made.pose.pose.position.x, made.pose.pose.position.y = x, y
-    made.pose.pose.orientation.w = w
+    made.pose.pose.orientation.w, made.pose.pose.orientation.z = w, z
     return made
 
 
@@ -134,12 +132,12 @@ def test_a_pose_is_also_a_frame_dated_by_this_machine(ros, relay, drives):
     drives.show("robot1")
     for now in (7.0, 9.0):
         ros.now = now
-        relay.says("robot1", "amcl_pose", pose(1.0, 2.0))
+        relay.says("robot1", "amcl_pose", pose(1.0, 2.0, w=0.6, z=0.8))
 
     first, second = ros.frames
     assert (first.header.frame_id, first.child_frame_id) == ("map", "robot1/base_footprint")
     assert (first.transform.translation.x, first.transform.translation.y) == (1.0, 2.0)
-    assert first.transform.rotation.w == 1.0
+    assert (first.transform.rotation.w, first.transform.rotation.z) == (0.6, 0.8)
     assert [each.header.stamp.to_sec() for each in (first, second)] == [7.0, 9.0]
 
 
@@ -161,13 +159,20 @@ def test_a_robot_of_this_machine_is_left_alone(ros, relay, drives):
     assert not [name for name in ros.publishers if "robot1" in name]
 
 
-def test_a_robot_is_not_shown_while_nobody_says_whether_it_is_of_this_machine(ros, relay, drives):
-    ros.answers = False
+@pytest.mark.parametrize("asked", ["lookupNode", "has_param"])
+def test_a_master_that_does_not_answer_ends_nothing_and_is_named(
+    ros, relay, drives, monkeypatch, asked
+):
+    def refuse(_name):
+        raise ConnectionRefusedError(111, "Connection refused")
+
+    monkeypatch.setattr(ros if asked == "lookupNode" else rospy, asked, refuse)
     drives.show("robot1")
 
     assert relay.takers == {}
     (line,) = ros.lines
-    assert "no pose of /lab/robot1/robot is shown" in line
+    assert line.startswith("it is not shown where robot1 is")
+    assert line.endswith("start hive_gateway again")
 
 
 def test_the_links_of_all_robots_with_a_description_are_told(ros, drives):

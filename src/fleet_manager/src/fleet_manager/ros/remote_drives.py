@@ -50,8 +50,17 @@ class RemoteDrives:
     def show(self, robot: str) -> None:
         """Show a robot from now on, if it is another machine's."""
         names = RobotNames(self._hive, robot)
-        if _runs_here(names.of(_NODE)):
-            return
+        try:
+            if not _runs_here(names.of(_NODE)):
+                self._show(names)
+        except OSError as error:
+            rospy.logwarn(
+                f"it is not shown where {robot} is, because the ROS master does not answer "
+                f"({error}); start hive_gateway again"
+            )
+
+    def _show(self, names: RobotNames) -> None:
+        robot = names.robot
         self._show_links(names)
         poses = rospy.Publisher(names.of(POSE), KINDS[POSE], latch=True, queue_size=1)
         paths = rospy.Publisher(plan_topic(names), KINDS[PLAN], latch=True, queue_size=1)
@@ -85,11 +94,6 @@ def _runs_here(node: str) -> bool:
         rosgraph.Master(rospy.get_name()).lookupNode(node)
     except rosgraph.MasterError:
         return False
-    except OSError as error:
-        rospy.logwarn(
-            f"no pose of {node} is shown, because the ROS master does not answer: {error}"
-        )
-        return True
     return True
 
 
