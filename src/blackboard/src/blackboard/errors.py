@@ -24,6 +24,10 @@ class SettingsError(BlackboardError):
     """A parameter has a value that is not allowed; the text names it and what is."""
 
 
+class NoRouterError(BlackboardError):
+    """No router of the hive answers; the text names those that were asked."""
+
+
 class BidRefusedError(BlackboardError):
     """A bid does not answer the auction that is open, or is no number from 0 to MAX_COST."""
 

@@ -20,7 +20,8 @@ from zenoh.handlers import Callback
 
 from blackboard.ros.relay import RELAYED, Relay
 from blackboard.zenoh import link as link_module
-from blackboard.zenoh.link import open_session, serialized
+from blackboard.zenoh.link import serialized
+from blackboard.zenoh.opening import open_session
 from blackboard.zenoh.session import Endpoints, Own, session_config
 
 WITHIN = 20.0  # a busy machine needs no longer [s]

@@ -10,13 +10,14 @@ pytest.importorskip("robot_description.msg", reason="needs generated messages")
 import rospy
 
 from blackboard.domain.talker import LEARNER_TOPICS, ROBOT_TOPICS, VOTER_TOPICS
-from blackboard.errors import SettingsError
+from blackboard.errors import NoRouterError, SettingsError
 from blackboard.process.talker import ProcessTalker
 from blackboard.ros import drives as drives_module
 from blackboard.ros import relay as relay_module
 from blackboard.ros import transport
 from blackboard.ros.transport import make_talker, zenoh_settings
 from blackboard.zenoh import link as link_module
+from blackboard.zenoh import opening as opening_module
 from blackboard.zenoh.settings import ZenohSettings
 from hive_common.errors import ParameterError
 
@@ -54,15 +55,19 @@ class Node:
         self.configs, self.links, self.relays, self.at_exit = [], [], [], []
         self.at_shutdown, self.ros_talkers = [], []
         self.session = SimpleNamespace(close=lambda: None)
+        self.silent, self.warnings, self.is_shut_down = 0, [], False
         monkeypatch.setattr(rospy, "search_param", self._search)
         monkeypatch.setattr(rospy, "get_param", self._get)
         monkeypatch.setattr(rospy, "resolve_name", lambda name: name)
         monkeypatch.setattr(rospy, "get_name", lambda: self.name)
         monkeypatch.setattr(rospy, "get_time", lambda: 7.0)
+        monkeypatch.setattr(rospy, "is_shutdown", lambda: self.is_shut_down)
+        monkeypatch.setattr(rospy, "logwarn_throttle", lambda _, text: self.warnings.append(text))
+        monkeypatch.setattr(rospy.rostime, "wallsleep", lambda _: None)
         monkeypatch.setattr(rospy, "on_shutdown", self.at_shutdown.append)
         monkeypatch.setattr(transport, "atexit", SimpleNamespace(register=self.at_exit.append))
         monkeypatch.setattr(transport, "RosTalker", self._make_ros_talker)
-        monkeypatch.setattr(link_module, "open_session", self._open)
+        monkeypatch.setattr(opening_module, "open_session", self._open)
         monkeypatch.setattr(link_module, "ZenohLink", self._noting(self.links, FakeLink))
         monkeypatch.setattr(relay_module, "Relay", self._noting(self.relays, FakeRelay))
         tell = lambda relay, *drive: relay.drives.append(drive)  # noqa: E731  (one line)
@@ -76,6 +81,8 @@ class Node:
 
     def _open(self, config):
         self.configs.append(config)
+        if len(self.configs) <= self.silent:
+            raise NoRouterError("no router answers")
         return self.session
 
     def _make_ros_talker(self, *args):
@@ -237,6 +244,25 @@ def test_the_session_is_that_of_the_parameter_and_ends_with_the_process(on_zenoh
     assert config["mode"] == "client"
     assert config["connect"]["endpoints"] == [LISTEN]
     assert on_zenoh.at_exit == [on_zenoh.session.close]
+
+
+def test_a_node_waits_for_a_router_and_says_so(on_zenoh):
+    on_zenoh.parameters["/lab/zenoh"] = {"connect": [LISTEN], "mode": "client"}
+    on_zenoh.silent = 2
+
+    make_talker("/lab/", STANDS_BY, ("robot1",))
+
+    assert on_zenoh.links[0].session is on_zenoh.session
+    assert on_zenoh.warnings == ["no router answers"] * 2
+
+
+def test_a_node_that_is_shut_down_waits_for_no_router(on_zenoh):
+    on_zenoh.parameters["/lab/zenoh"] = {"connect": [LISTEN], "mode": "client"}
+    on_zenoh.silent, on_zenoh.is_shut_down = 99, True
+
+    with pytest.raises(rospy.ROSInterruptException):
+        make_talker("/lab/", STANDS_BY, ("robot1",))
+    assert len(on_zenoh.configs) == 1
 
 
 def test_a_node_whose_folder_is_not_there_does_not_start(on_zenoh, tmp_path):

@@ -15,10 +15,11 @@ import zenoh
 
 from blackboard.codec.tables import WIRES
 from blackboard.domain.talker import SET_STATE
-from blackboard.errors import SettingsError
+from blackboard.errors import NoRouterError, SettingsError
 from blackboard.zenoh import link as link_module
-from blackboard.zenoh.link import ZenohLink, deserialized, open_session, serialized
-from blackboard.zenoh.session import Endpoints, session_config
+from blackboard.zenoh.link import ZenohLink, deserialized, serialized
+from blackboard.zenoh.opening import open_session
+from blackboard.zenoh.session import Endpoints, Mode, session_config
 
 WITHIN = 20.0  # a busy machine needs no longer [s]
 STATE = WIRES[SET_STATE]
@@ -117,6 +118,19 @@ def test_a_process_that_listens_nowhere_is_told_so_when_zenoh_refuses(free):
 
     with pytest.raises(SettingsError, match="to listen at: nowhere"):
         open_session(config)
+
+
+def test_a_client_none_of_whose_routers_answers_is_told_which_they_are(free, absent):
+    with pytest.raises(NoRouterError, match=f"no router answers at {absent}, {free}; start it"):
+        open_session(session_config(Endpoints(connect=(absent, free)), mode=Mode.CLIENT))
+
+
+def test_a_client_takes_the_first_of_its_routers_that_answers(free, absent):
+    with (
+        open_session(session_config(Endpoints((free,)), mode=Mode.ROUTER)) as router,
+        open_session(session_config(Endpoints((), (absent, free)), mode=Mode.CLIENT)) as client,
+    ):
+        assert [str(each) for each in client.info.routers_zid()] == [str(router.info.zid())]
 
 
 def test_a_message_of_the_most_bytes_is_read_and_one_byte_more_is_not(monkeypatch):

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import atexit
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import rospy
 
 from blackboard.domain.talker import VOTER_TOPICS
-from blackboard.errors import SettingsError
+from blackboard.errors import NoRouterError, SettingsError
 from blackboard.process.talker import ProcessTalker
 from blackboard.ros.talker import RosRuntime, RosTalker
 from blackboard.ros.traffic_kinds import ROUTES, TRAFFIC, TRAFFIC_KINDS, TRAFFIC_STATE
@@ -20,7 +20,7 @@ from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Collection, Iterable, Mapping
 
     import zenoh
 
@@ -30,6 +30,12 @@ if TYPE_CHECKING:
 
 PARAMETER = "zenoh"
 """Below the node, or below a namespace above it, as ROS looks for parameters."""
+
+_TRY_AGAIN = 0.3
+"""Time before routers that did not answer are asked again [s]."""
+
+_PATIENCE = 5.0
+"""Time between two warnings that no router answers [s]."""
 
 
 def make_talker(
@@ -132,13 +138,14 @@ def join_network(
 
     Raises:
         SettingsError: An endpoint or the certificate is not allowed, or Zenoh cannot start.
+        rospy.ROSInterruptException: The node was shut down before one of its routers answered.
     """
     # On demand: a hive on ROS does not need the engine, which takes 10 MB.
-    from blackboard.zenoh.link import ZenohLink, open_session  # noqa: PLC0415
+    from blackboard.zenoh.link import ZenohLink  # noqa: PLC0415
 
     own = settings.own(name)
     config = session_config(settings.endpoints, settings.folder, Mode(settings.mode))
-    session = open_session(config)
+    session = _open(config)
     atexit.register(session.close)
     link = ZenohLink(
         session,
@@ -151,3 +158,17 @@ def join_network(
         date=rospy.get_time,
     )
     return Joined(session, own, link)
+
+
+def _open(config: Mapping[str, Any]) -> zenoh.Session:
+    """Open a session, once one of its routers answers if it has any."""
+    from blackboard.zenoh.opening import open_session  # noqa: PLC0415  (see `join_network`)
+
+    while True:
+        try:
+            return open_session(config)
+        except NoRouterError as error:
+            rospy.logwarn_throttle(_PATIENCE, str(error))
+            rospy.rostime.wallsleep(_TRY_AGAIN)
+            if rospy.is_shutdown():
+                raise rospy.ROSInterruptException from None

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import io
-import json
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -22,16 +21,14 @@ from blackboard.domain.talker import (
     ROBOT_STATUS,
     TASK_ASSIGN,
 )
-from blackboard.errors import SettingsError
 from blackboard.process.link import Arrival
 from blackboard.zenoh.access import ALIVE, LISTENS, key_of, keys_for, keys_to
 from blackboard.zenoh.authenticity import Authenticity
 from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
-from blackboard.zenoh.user_timeout import end_dead_connections
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Callable, Collection, Iterable
 
     from blackboard.process.link import Inbox
 
@@ -43,26 +40,6 @@ _REPEATED = frozenset({topic for topic, wire in WIRES.items() if wire.latched} |
 
 MAX_SIZE = 8_000_000
 """Size of a message [B]; a list of 10,000 tasks takes about 5 MB."""
-
-
-def open_session(config: Mapping[str, Any]) -> zenoh.Session:
-    """Open a session as `session.session_config` says; dead connections do not last.
-
-    Raises:
-        SettingsError: Zenoh cannot, for example because a port is taken; the text says why.
-    """
-    # The other lines tell only that a session was closed while it was being spoken to.
-    zenoh.init_log_from_env_or("error,zenoh::api::session=off")
-    try:
-        session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
-    except zenoh.ZError as error:
-        ends = ", ".join(config["listen"]["endpoints"]) or "nowhere"
-        raise SettingsError(
-            f"Zenoh cannot start (it is to listen at: {ends}): {error}; give each process of a "
-            "machine a port of its own, and an address of this machine"
-        ) from None
-    end_dead_connections(session)
-    return session
 
 
 class ZenohLink:

@@ -44,13 +44,18 @@ class Mode(Enum):
     """How a session takes part, in Zenoh's words."""
 
     PEER = "peer"  # connects to all others, directly
-    CLIENT = "client"  # connects to one router
+    CLIENT = "client"  # connects to one router, and to another one when that is gone
     ROUTER = "router"  # passes on what others say
 
 
-_PATIENCE = {Mode.PEER: 500, Mode.ROUTER: 500, Mode.CLIENT: -1}
-"""How long opening a session waits for what it connects to [ms]; -1 for ever, because a client is
-nothing without its router. The others go on trying."""
+_PATIENCE = {Mode.PEER: 500, Mode.ROUTER: 500, Mode.CLIENT: 0}
+"""How long opening a session waits for what it connects to [ms]; the session goes on trying. With
+0, a client asks each of its routers once, in their order, and opens only if one answers; with more
+it would ask the first one alone until that answers."""
+
+_LEASE = {Mode.PEER: 10_000, Mode.CLIENT: 10_000, Mode.ROUTER: 2_000}
+"""How long others keep a connection to this session on which it says nothing [ms]. While a router
+hangs, all its clients are deaf; peers have the hive's own time-outs."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,12 @@ def session_config(
         "listen": {"endpoints": list(endpoints.listen)},
         "transport": {
             "unicast": {"open_timeout": _HANDSHAKE, "accept_timeout": _HANDSHAKE},
-            "link": {"tx": {"queue": {"size": dict.fromkeys(_PRIORITIES, _BATCHES)}}},
+            "link": {
+                "tx": {
+                    "lease": _LEASE[mode],
+                    "queue": {"size": dict.fromkeys(_PRIORITIES, _BATCHES)},
+                }
+            },
             # Between processes of one machine: with fifty of them it took 900 MB of each leader.
             "shared_memory": {"enabled": False},
         },

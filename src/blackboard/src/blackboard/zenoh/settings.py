@@ -34,7 +34,7 @@ class ZenohSettings:
     ] = _HIVE
     """The hive's name in keys, without certificates; with them it is their site."""
     mode: Annotated[str, one_of(Mode.PEER.value, Mode.CLIENT.value)] = Mode.PEER.value
-    """Whether it connects to all others, or to a router."""
+    """Whether it connects to all others, or to one router, the first of `connect` that answers."""
     own_master: bool = True
     """Whether its machine has a ROS master of its own. If so, this process also carries what
     robots and the traffic planner announce to each other, and where robots are and drive; if not,

@@ -17,7 +17,8 @@ from zenoh.handlers import Callback
 
 from blackboard.errors import LiveHiveError
 from blackboard.zenoh.access import key_of, keys_for
-from blackboard.zenoh.link import deserialized, open_session, serialized
+from blackboard.zenoh.link import deserialized, serialized
+from blackboard.zenoh.opening import open_session
 from blackboard.zenoh.session import Endpoints, session_config
 from hive_lab.live.live_operator import TERMINAL, make_task
 from hive_lab.live.zenoh_hive import OPERATOR
