@@ -49,6 +49,18 @@ def test_who_is_added_is_told_what_to_copy_and_who_else_needs_a_file(hive, lab):
 
 
 @pytest.mark.usefixtures("lab")
+def test_where_there_are_routers_they_alone_have_to_know_who_comes_and_goes(hive):
+    _, new_router, _ = hive("certs", "add", "north", "--role", "router")
+    assert "Each other machine lets it in" in new_router
+    assert new_router.endswith("was started again: robot1.\n")
+
+    for words in (("add", "robot2", "--role", "robot"), ("revoke", "robot1")):
+        _, out, _ = hive("certs", *words)
+        assert "Each router " in out
+        assert out.endswith("was started again: north.\n")
+
+
+@pytest.mark.usefixtures("lab")
 def test_the_list_shows_who_has_to_be_renewed(hive):
     hive("certs", "add", "laptop1", "--role", "viewer", "--days", "3")
     _, out, _ = hive("certs", "list")

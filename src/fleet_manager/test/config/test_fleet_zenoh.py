@@ -16,7 +16,7 @@ from fleet_manager.config.fleet_file import (
     read_fleet_and_mistakes,
 )
 from fleet_manager.config.fleet_launch import launch_text
-from fleet_manager.config.zenoh_launch import unknown_on
+from fleet_manager.config.zenoh_launch import connection_of, unknown_on
 from hive_common.structuring import structure
 
 PAGE = Path(__file__).parents[4] / "docs" / "many-machines.md"
@@ -87,7 +87,6 @@ def test_each_member_listens_where_the_fleet_says_and_connects_to_those_before_i
     assert told["blackboard"] == {
         "blackboard": {
             "listen": ["tls/10.0.0.1:7447"],
-            "connect": [],
             "own_master": True,
             "certificates": str(folder / "blackboard"),
         }
@@ -137,6 +136,65 @@ def test_an_operator_s_machine_can_draw_the_robots_of_other_machines(file):
     assert drawn("amy") == drawn("blackboard") == set()
 
 
+ROUTERS = """\
+transport: zenoh
+zenoh:
+  certificates: certs
+  operators: [anna, eve]
+  routers:
+    - {name: north, address: "10.0.0.1:7447", serves: [blackboard, eve]}
+    - {name: south, address: "10.1.0.1:7447", listen: "192.168.7.1:7447", serves: [bob]}
+"""
+
+
+def test_with_routers_members_and_operators_connect_to_their_own_and_then_to_the_others(file):
+    fleet = fleet_of(file, ROUTERS)
+    north, south = "tls/10.0.0.1:7447", "tls/10.1.0.1:7447"
+
+    def told(name):
+        ((node, said),) = settings(launched(fleet, name)).items()
+        structure(said, ZenohSettings)  # names what is not allowed
+        assert Path(said["certificates"]).name == name
+        return node, said["mode"], said["connect"], "listen" in said
+
+    assert told("blackboard") == ("blackboard", "client", [north, south], False)
+    assert told("amy") == ("amy/robot", "client", [north, south], False)
+    assert told("bob") == ("bob/robot", "client", [south, north], False)
+    assert told("eve") == ("hive_gateway", "client", [north, south], False)
+    assert told("anna") == ("hive_gateway", "client", [north, south], False)
+
+
+def routers_in(root):
+    found = root.iterfind("node[@type='hive']")
+    return {each.get("name"): each.get("args") for each in found}
+
+
+def test_a_router_s_machine_runs_it_and_no_member(file):
+    fleet = fleet_of(file, ROUTERS)
+
+    root = launched(fleet, "south")
+    assert routers_in(root) == {"router_south": f"router south --fleet '{file}'"}
+    assert root.find("node[@type='hive']").get("respawn") == "true"
+    assert settings(root) == {}
+    assert routers_in(launched(fleet, "bob")) == {}
+    assert set(routers_in(launched(fleet))) == {"router_north", "router_south"}
+
+
+def test_of_two_routers_the_later_one_connects_to_the_other(file):
+    fleet = fleet_of(file, ROUTERS)
+
+    certs = file.parent / "certs"
+    assert connection_of(fleet, "north") == {
+        "listen": ["tls/10.0.0.1:7447"],
+        "certificates": str(certs / "north"),
+    }
+    assert connection_of(fleet, "south") == {
+        "listen": ["tls/192.168.7.1:7447"],
+        "connect": ["tls/10.0.0.1:7447"],
+        "certificates": str(certs / "south"),
+    }
+
+
 def test_every_machine_knows_the_hive_s_settings(file):
     root = launched(fleet_of(file, MEMBERS + MASTERS), "amy")
 
@@ -151,7 +209,7 @@ def test_on_one_machine_members_are_reached_at_ports_of_their_own_that_others_do
     told = settings(root)
     ends = [f"tcp/127.0.0.1:{port}" for port in (7447, 7448, 7449)]
     assert told == {
-        "blackboard": {"listen": ends[:1], "connect": [], "own_master": False},
+        "blackboard": {"listen": ends[:1], "own_master": False},
         "amy/robot": {"listen": ends[1:2], "connect": ends[:1], "own_master": False},
         "bob/robot": {"listen": ends[2:], "connect": ends[:2], "own_master": False},
         "hive_gateway": {"connect": ends, "own_master": False},
@@ -179,6 +237,7 @@ def test_over_ros_nothing_speaks_over_zenoh(file):
         (MEMBERS, ["amy", "carl"], "carl; allowed: blackboard, amy, bob, anna, eve"),
         (MEMBERS, ["amy", "bob"], "amy, bob; allowed: one robot"),
         ("transport: zenoh\n", ["amy"], "does not say where members are reached"),
+        (ROUTERS, ["hall"], "hall; allowed: blackboard, amy, bob, anna, eve, north, south"),
     ],
 )
 def test_what_a_machine_cannot_run_is_named_with_what_it_can(file, head, machine, words):
@@ -188,6 +247,7 @@ def test_what_a_machine_cannot_run_is_named_with_what_it_can(file, head, machine
 @pytest.mark.parametrize("machine", [[], ["amy"], ["blackboard", "anna"]])
 def test_what_a_machine_can_run_is_not_refused(file, machine):
     assert unknown_on(fleet_of(file), machine) == ""
+    assert unknown_on(fleet_of(file, ROUTERS), [*machine, "south"]) == ""
 
 
 @pytest.mark.parametrize(
@@ -203,6 +263,28 @@ def test_what_a_machine_can_run_is_not_refused(file, machine):
 )
 def test_a_mistake_in_where_members_are_reached_is_named_in_its_line(file, change, words):
     found = mistakes_in(file, MEMBERS.replace(*change) + ROBOTS)
+
+    assert any(words in each and "mine.yaml:" in each for each in found), found
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("name: south", "name: north"), "'north' is the name of another one"),
+        (("name: south", "name: eve"), "'eve' is the name of another one"),
+        (("name: south", "name: so-uth"), "allowed: a letter, then letters"),
+        (("[bob]", "[bob, carl]"), "'carl' is unknown; allowed: blackboard, amy, bob, anna, eve"),
+        (("[bob]", "[eve]"), "'eve' is served by north already"),
+        (("10.1.0.1:7447", "10.1.0.1"), "allowed: HOST:PORT"),
+        (("  certificates: certs\n", ""), "'192.168.7.1:7447' is reached from other machines"),
+        (
+            ("  routers:", '  members: [{name: amy, address: "10.0.0.5:1"}]\n  routers:'),
+            "not allowed together with `routers`",
+        ),
+    ],
+)
+def test_a_mistake_in_the_routers_is_named_in_its_line(file, change, words):
+    found = mistakes_in(file, ROUTERS.replace(*change) + ROBOTS)
 
     assert any(words in each and "mine.yaml:" in each for each in found), found
 

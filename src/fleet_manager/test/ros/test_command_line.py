@@ -55,6 +55,12 @@ def test_a_command_that_asks_the_hive_imports_nothing_heavy(words, tmp_path):
     assert modules & HEAVY == set()
 
 
+def test_what_roslaunch_adds_to_the_words_of_a_node_is_left_out(tmp_path):
+    code, _ = run("tasks", "__name:=router_north", "__log:=/x.log", folder=tmp_path)
+
+    assert code == 3  # the words can be used, and no master answers
+
+
 def test_why_imports_nothing_heavy_and_no_rospy(tmp_path):
     code, modules = run("why", "T1", folder=tmp_path)
 

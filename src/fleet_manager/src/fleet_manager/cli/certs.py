@@ -111,7 +111,7 @@ def add(name: str, role: str, days: int, site: str | None, folder: Path | None) 
     issued = known.add(name, Role(role), days)
     click.echo(f"{name} is {_article(role)} of {known.name} until {issued.until:%Y-%m-%d}.")
     _say_what_to_copy(known, name)
-    _say_who_has_to_know(known, name, "lets it in")
+    _say_who_has_to_know(known, issued, "lets it in")
 
 
 @certs.command()
@@ -133,11 +133,11 @@ def renew(name: str, days: int, site: str | None, folder: Path | None) -> None:
 def revoke(name: str, site: str | None, folder: Path | None, *, yes: bool) -> None:
     """Take NAME off the access list; its certificate is worth nothing then."""
     known = _site(site, folder)
-    known.known(name)
+    issued = known.known(name)
     ask_first([f"{name} can take part no more, and its files here are deleted."], yes=yes)
     known.revoke(name)
     click.echo(f"{name} is off the access list.")
-    _say_who_has_to_know(known, name, "keeps it out")
+    _say_who_has_to_know(known, issued, "keeps it out")
 
 
 @certs.command("list")
@@ -178,11 +178,16 @@ def _say_what_to_copy(site: Site, name: str) -> None:
     )
 
 
-def _say_who_has_to_know(site: Site, name: str, what: str) -> None:
-    others = ", ".join(each for each in site.issued() if each != name)
+def _say_who_has_to_know(site: Site, issued: Issued, what: str) -> None:
+    """Say whose access list has to be new: with routers, everyone connects to them alone."""
+    all_others = [each for each in site.issued().values() if each.name != issued.name]
+    routers = [each for each in all_others if each.role is Role.ROUTER]
+    chosen = all_others if issued.role is Role.ROUTER or not routers else routers
+    others = ", ".join(each.name for each in chosen)
     if others:
+        which = "router" if chosen is routers else "other machine"
         click.echo(
-            f"Each other machine {what} once it has the new access.json from its own folder in "
+            f"Each {which} {what} once it has the new access.json from its own folder in "
             f"{site.folder / 'members'} and was started again: {others}."
         )
 

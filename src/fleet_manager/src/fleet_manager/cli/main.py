@@ -53,6 +53,7 @@ _MODULES = MappingProxyType(
         "world": "world",
         "map": "map",
         "certs": "certs",
+        "router": "router",
         "learned": "learned",
         "fault": "fault",
     }

@@ -22,7 +22,7 @@ from blackboard.domain.settings import (
     TRAFFIC,
     ChargingSettings,
 )
-from blackboard.zenoh.session import is_loopback
+from fleet_manager.config.zenoh_site import BLACKBOARD, ZenohSite, mistakes_in_site
 from hive_common.checked_yaml import error_at, named_at, read_all_mistakes
 from hive_common.errors import FileError
 from hive_common.geometry import Footprint, outline
@@ -66,13 +66,6 @@ DRIVERS = ("move_base", "vda5050")
 
 TRANSPORTS = ("ros", "zenoh")
 """What carries the hive's messages: ROS topics of one master, or Zenoh between many."""
-
-BLACKBOARD = "blackboard"
-"""The name of the member that is no robot."""
-
-FIRST_PORT = 7447
-"""Where the first member is reached on this machine, if the fleet file does not say; the others
-are reached at the ports that follow."""
 
 _UNKNOWN_BASE = ((-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01))
 """In place of the base of an AGV that tells of it itself [m]."""
@@ -138,34 +131,6 @@ def plan_topic(robot: FleetRobot) -> str | None:
     return robot.plan or (STOCK_PLAN if robot.navigation == "none" else None)
 
 
-_ADDRESS = Allowed(
-    "HOST:PORT, such as 192.168.1.11:7447",
-    lambda value: (
-        re.fullmatch(r"([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]):[0-9]{1,5}", value) is not None
-    ),
-)
-
-
-@attrs.frozen(kw_only=True)
-class ZenohMember:
-    """Where a member is reached over Zenoh."""
-
-    name: Annotated[str, Allowed(f"the name of a robot, or {BLACKBOARD}")]
-    address: Annotated[str, _ADDRESS]
-
-
-@attrs.frozen(kw_only=True)
-class ZenohSite:
-    """Where the members of the hive are reached over Zenoh, and who its operators are."""
-
-    members: tuple[ZenohMember, ...] = ()
-    """None: ports of this machine, which no other one reaches."""
-    certificates: str = ""
-    """The folder that has, by its name, the folder of whoever runs on this machine."""
-    operators: tuple[str, ...] = ("operator",)
-    """Names of the certificates of operators and viewers."""
-
-
 @attrs.frozen(kw_only=True)
 class FleetContent:
     """What a fleet file holds."""
@@ -200,7 +165,7 @@ class FleetContent:
     transport: Annotated[str, one_of(*TRANSPORTS)] = "ros"
     """What carries the hive's messages."""
     zenoh: ZenohSite = attrs.field(factory=ZenohSite)
-    """Where members are reached with `transport: zenoh`."""
+    """How members reach each other with `transport: zenoh`."""
     stand_by: Annotated[int, between(2, 10_000, "a number of robots")] = STANDING_BY
     """How many robots, the first ones, stand by to carry the blackboard."""
     robots: Annotated[tuple[FleetRobot, ...], listed("at least one robot", 1)]
@@ -253,7 +218,9 @@ def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
         zenoh = attrs.evolve(zenoh, certificates=str(folder.absolute()))
     given = attrs.asdict(content, recurse=False) | {"robots": robots, "zenoh": zenoh}
     fleet = Fleet(path=path, **given)
-    mistakes = [*_names(fleet), *_zones(fleet), *_members(fleet)]
+    members = [BLACKBOARD, *(robot.name for robot in robots)]
+    connected = [error_at(path, keys, what) for keys, what in mistakes_in_site(zenoh, members)]
+    mistakes = [*_names(fleet), *_zones(fleet), *connected]
     bases, bad_models = _bases(fleet)
     return fleet, [*mistakes, *bad_models, *_overlaps(fleet, bases)]
 
@@ -286,33 +253,6 @@ def _zones(fleet: Fleet) -> Iterator[FileError]:
                 "every zone needs a name of its own"
             )
             yield error_at(fleet.path, ("zones", index, "name"), problem)
-
-
-def _members(fleet: Fleet) -> Iterator[FileError]:
-    """Yield what is wrong with where members are reached."""
-    expected = [BLACKBOARD, *(robot.name for robot in fleet.robots)]
-    seen: set[str] = set()
-    for index, member in enumerate(fleet.zenoh.members):
-        if member.name not in expected or member.name in seen:
-            what = "is there twice" if member.name in seen else "is no member"
-            problem = f"'{member.name}' {what}; allowed: {', '.join(expected)}, each once"
-            yield error_at(fleet.path, ("zenoh", "members", index, "name"), problem)
-        seen.add(member.name)
-    if seen and (missing := [name for name in expected if name not in seen]):
-        problem = f"{', '.join(missing)} missing; say where each member is reached, or no member"
-        yield error_at(fleet.path, ("zenoh", "members"), problem)
-    for index, member in enumerate(fleet.zenoh.members):
-        host = member.address.rpartition(":")[0]
-        if not fleet.zenoh.certificates and not is_loopback(host):
-            problem = (
-                f"'{member.address}' is reached from other machines; allowed without "
-                "`certificates`: 127.0.0.1:PORT. Make certificates with `hive certs`"
-            )
-            yield error_at(fleet.path, ("zenoh", "members", index, "address"), problem)
-    for index, name in enumerate(fleet.zenoh.operators):
-        if name in expected:
-            problem = f"'{name}' is a member; an operator needs a name and certificate of its own"
-            yield error_at(fleet.path, ("zenoh", "operators", index), problem)
 
 
 def mistakes_over_zenoh(fleet: Fleet) -> Iterator[FileError]:

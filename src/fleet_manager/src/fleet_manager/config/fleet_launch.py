@@ -10,9 +10,10 @@ from xml.sax.saxutils import quoteattr
 import attrs
 
 from blackboard.costing.cost import measure_for
-from fleet_manager.config.fleet_file import BLACKBOARD, plan_topic
+from fleet_manager.config.fleet_file import plan_topic
 from fleet_manager.config.launch_lines import yaml_line
 from fleet_manager.config.zenoh_launch import zenoh_lines
+from fleet_manager.config.zenoh_site import BLACKBOARD
 from robot_description.models import model_path
 from robot_description.urdf import robot_urdf
 from vda5050.mqtt.link import BrokerSettings

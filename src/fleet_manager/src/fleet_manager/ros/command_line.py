@@ -87,8 +87,10 @@ def main(command: click.Command = hive) -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
+    # roslaunch adds such words to those of a node; `hive router` can be one.
+    words = [word for word in sys.argv[1:] if not word.startswith(("__name:=", "__log:="))]
     try:
-        code = run(CliContext(connect, journals, faults), command=command)
+        code = run(CliContext(connect, journals, faults), words, command)
     except SystemExit as end:  # a signal, or tab completion
         code = end.code if isinstance(end.code, int) else 0
     with contextlib.suppress(OSError, ValueError):  # nobody reads on, or the file is closed
