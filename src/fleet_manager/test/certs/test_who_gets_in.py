@@ -182,6 +182,75 @@ def test_a_router_passes_on_what_others_say(site, blackboard):
     assert blackboard.hears(site.folder_of("hall1"), *said) == said
 
 
+class Hall:
+    """A router with a certificate of the site, and the blackboard's session as its client."""
+
+    def __init__(self, site, router, stack):
+        self._site = site
+        self.endpoint = f"tls/127.0.0.1:{free_port()}"
+        here = Endpoints(listen=(self.endpoint,))
+        config = session_config(here, site.folder_of(router), Mode.ROUTER)
+        self.router = stack.enter_context(opened(config))
+        self._blackboard = stack.enter_context(self.client("blackboard"))
+        self._heard = queue.Queue()
+        self._blackboard.declare_subscriber("hive/lab/**", self._heard.put)
+
+    def client(self, name):
+        reach = Endpoints(connect=(self.endpoint,))
+        return opened(session_config(reach, self._site.folder_of(name), Mode.CLIENT))
+
+    def say(self, session, *said):
+        """Have a session say something on some keys, once somebody listens to the last."""
+        last = session.declare_publisher(
+            f"hive/lab/{said[-1]}", allowed_destination=zenoh.Locality.REMOTE
+        )
+        listened = queue.Queue()
+        last.declare_matching_listener(listened.put)
+        while not last.matching_status.matching:
+            listened.get(timeout=LIMIT)
+        for key in said[:-1]:
+            session.put(f"hive/lab/{key}", b"x")
+        last.put(b"x")
+
+    def heard_until(self, last):
+        """Return the keys that arrive at the blackboard, until a certain one does."""
+        found = []
+        while last not in found:
+            key = self._heard.get(timeout=LIMIT).key_expr
+            found.append(str(key).removeprefix("hive/lab/"))
+        return found
+
+
+@pytest.mark.parametrize(
+    ("name", "forged", "own"),
+    [
+        ("robot2", ["task_cost/robot1", "bb_vote/robot1/blackboard", "x/y"], "task_cost/robot2"),
+        ("anna", ["bb_backup/anna", "new_task/robot1"], "new_task/anna"),
+    ],
+)
+def test_a_router_passes_on_nothing_that_is_not_the_speaker_s_own(site, name, forged, own):
+    with contextlib.ExitStack() as stack:
+        hall = Hall(site, "hall1", stack)
+        hall.say(stack.enter_context(hall.client(name)), *forged, own)
+
+        assert hall.heard_until(own) == [own]
+
+
+def test_a_member_passes_on_nothing_as_if_it_were_a_router(site):
+    """Others drop what comes from its connection and is not its own."""
+    with contextlib.ExitStack() as stack:
+        forger = Hall(site, "robot2", stack)
+        taken_in = queue.Queue()
+        forger.router.declare_subscriber("hive/lab/task_cost/robot1", taken_in.put)
+        robot1 = stack.enter_context(forger.client("robot1"))
+        forger.say(robot1, *["task_cost/robot1"] * 100)
+        for _ in range(100):
+            taken_in.get(timeout=LIMIT)
+        forger.say(forger.router, "task_cost/robot2")
+
+        assert forger.heard_until("task_cost/robot2") == ["task_cost/robot2"]
+
+
 def test_nobody_speaks_in_another_hive(site, blackboard):
     assert blackboard.hears(site.folder_of("hall1"), "new_task/anna", hive="hall") == []
 

@@ -11,11 +11,14 @@ import subprocess
 import sys
 
 import rospy
+import yaml
 from blackboard.msg import TaskState
 from launching import wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.zenoh_launch import connection_of
 from hive_common.resources import node_file
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
@@ -25,7 +28,8 @@ PORT = 7447
 ALONE = {"ROS_MASTER_URI": MASTER, "ROS_IP": "127.0.0.1"}
 """A process that only its own host reaches, by ROS."""
 
-GATEWAY = "/hive_gateway"
+GATEWAY, OPERATOR = "/hive_gateway", "laptop"
+"""The operator's node, and whose certificate it has."""
 
 DRIVE = 0.5
 """Duration of each drive [s, wall clock]."""
@@ -72,28 +76,53 @@ class LiveSite(LiveHive):
             that has none.
         drive: Duration of each drive [s].
         strangers: Who else has a certificate: roles by names.
+        routers: Hosts that run a router, with those who connect to it first; if there are none,
+            members connect to each other.
         further: As those of `LiveHive`.
 
     Attributes:
         certificates: The site's authority.
+        routers: Names of the routers' hosts.
     """
 
-    def __init__(self, folder, network, drive, strangers=None, **further):
+    def __init__(self, folder, network, drive, strangers=None, routers=None, **further):
         self._network = network
         self._drive = drive
         self._more = {}
         self.certificates = Site.new(folder / "site")
+        self.routers = tuple(routers or ())
         super().__init__(folder, **further)
         self.certificates.add("blackboard", Role.BLACKBOARD)
         for robot in self.robots:
             self.certificates.add(robot, Role.ROBOT)
-        self.certificates.add("laptop", Role.OPERATOR)
+        self.certificates.add(OPERATOR, Role.OPERATOR)
         for name, role in (strangers or {}).items():
             self.certificates.add(name, role)
+        for router in self.routers:
+            self.certificates.add(router, Role.ROUTER)
+        self._fleet_file = folder / "fleet.yaml"
+        self._fleet_file.write_text(yaml.safe_dump(self._fleet(routers or {})), encoding="utf-8")
+        self._read = read_fleet(str(self._fleet_file))
+
+    def _fleet(self, routers):
+        """Return what the fleet file of the site holds."""
+        members = [{"name": each, "address": self.address_of(each)} for each in self.hosts]
+        connected = [
+            {"name": each, "address": self.address_of(each), "serves": list(served)}
+            for each, served in routers.items()
+        ]
+        robots = [
+            {"name": each, "model": "mir100", "pose": [3.0 * x, 0.0, 0.0]}
+            for x, each in enumerate(self.robots)
+        ]
+        zenoh = {"certificates": str(self.certificates.folder / "members")}
+        zenoh["operators"] = [OPERATOR]
+        zenoh |= {"routers": connected} if routers else {"members": members}
+        return {"transport": "zenoh", "zenoh": zenoh, "robots": robots}
 
     @property
     def hosts(self):
-        """Names of all hosts but the office."""
+        """Names of the members' hosts."""
         return tuple(self.robot_of(node) or "blackboard" for node in self.members)
 
     def host_of(self, node):
@@ -109,29 +138,21 @@ class LiveSite(LiveHive):
 
     def parameters_of(self, host):
         """Return the parameters on a host's master."""
-        place = self.hosts.index(host)
-        # Of two members, the later one connects to the other.
-        own = {
-            "listen": [self._endpoint(host)],
-            "connect": [self._endpoint(each) for each in self.hosts[:place]],
-            "certificates": str(self.certificates.folder_of(host)),
-        }
-        return {**self._parameters, "/zenoh": own}
+        return {**self._parameters, "/zenoh": connection_of(self._read, host)}
 
     @property
     def endpoints(self):
         """Where all members are reached, as Zenoh writes it."""
-        return tuple(self._endpoint(host) for host in self.hosts)
+        return tuple(f"tls/{self.address_of(host)}" for host in self.hosts)
 
     def operator_parameters(self):
         """Return the parameter `zenoh` of the operator's gateway."""
-        return {
-            "connect": list(self.endpoints),
-            "certificates": str(self.certificates.folder_of("laptop")),
-        }
+        return connection_of(self._read, OPERATOR)
 
     def start_all(self):
         """Start every host, and the operator's gateway."""
+        for router in self.routers:
+            self.start_router(router)
         for node in self.members:
             self.start_host(self.host_of(node))
         self.start_gateway()
@@ -140,6 +161,12 @@ class LiveSite(LiveHive):
         """Start the operator's gateway."""
         gateway = (sys.executable, str(node_file("fleet_manager", "hive_gateway")))
         self.start(GATEWAY, program=gateway)
+
+    def start_router(self, host):
+        """Start the router of a host, as an operator does."""
+        hive = (sys.executable, str(node_file("fleet_manager", "hive")))
+        words = ("router", host, "--fleet", str(self._fleet_file))
+        self.start(router_of(host), program=(*hive, *words), prefix=self._network.prefix(host))
 
     def start_host(self, host):
         """Start a host's master, its base and its member."""
@@ -186,7 +213,7 @@ class LiveSite(LiveHive):
         return {line.split()[4] for line in lines.splitlines()}
 
     def address_of(self, host):
-        """Return where a host's member is reached."""
+        """Return where a host's member or router is reached."""
         return f"{self._network.address(host)}:{PORT}"
 
     def end(self):
@@ -196,15 +223,17 @@ class LiveSite(LiveHive):
             each.kill()
             each.wait()
 
-    def _endpoint(self, host):
-        return f"tls/{self.address_of(host)}"
-
     def _run(self, name, command, environment):
         log = (self._folder / f"{name.replace(' ', '-')}.log").open("ab")
         with log:
             self._more[name] = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment
             )
+
+
+def router_of(host):
+    """Return the name of the process of a host's router."""
+    return f"/router_{host}"
 
 
 @contextlib.contextmanager

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import re
 import signal
 import sys
 from pathlib import Path
@@ -87,8 +88,8 @@ def main(command: click.Command = hive) -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
-    # roslaunch adds such words to those of a node; `hive router` can be one.
-    words = [word for word in sys.argv[1:] if not word.startswith(("__name:=", "__log:="))]
+    # roslaunch adds words such as `__name:=...` to those of a program; `hive router` can be one.
+    words = [word for word in sys.argv[1:] if not re.match(r"__[a-z]+:=", word)]
     try:
         code = run(CliContext(connect, journals, faults), words, command)
     except SystemExit as end:  # a signal, or tab completion
