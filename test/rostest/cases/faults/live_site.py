@@ -11,17 +11,16 @@ import subprocess
 import sys
 
 import rospy
-import yaml
 from blackboard.msg import TaskState
 from launching import wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
-from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.zenoh_launch import connection_of
 from hive_common.resources import node_file
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.live.site_file import router_command, write_fleet
 
 MASTER = "http://127.0.0.1:11311"
 PORT = 7447
@@ -100,25 +99,17 @@ class LiveSite(LiveHive):
             self.certificates.add(name, role)
         for router in self.routers:
             self.certificates.add(router, Role.ROUTER)
-        self._fleet_file = folder / "fleet.yaml"
-        self._fleet_file.write_text(yaml.safe_dump(self._fleet(routers or {})), encoding="utf-8")
-        self._read = read_fleet(str(self._fleet_file))
-
-    def _fleet(self, routers):
-        """Return what the fleet file of the site holds."""
         members = [{"name": each, "address": self.address_of(each)} for each in self.hosts]
         connected = [
             {"name": each, "address": self.address_of(each), "serves": list(served)}
-            for each, served in routers.items()
+            for each, served in (routers or {}).items()
         ]
-        robots = [
-            {"name": each, "model": "mir100", "pose": [3.0 * x, 0.0, 0.0]}
-            for x, each in enumerate(self.robots)
-        ]
-        zenoh = {"certificates": str(self.certificates.folder / "members")}
-        zenoh["operators"] = [OPERATOR]
-        zenoh |= {"routers": connected} if routers else {"members": members}
-        return {"transport": "zenoh", "zenoh": zenoh, "robots": robots}
+        zenoh = {
+            "certificates": str(self.certificates.folder / "members"),
+            "operators": [OPERATOR],
+            **({"routers": connected} if routers else {"members": members}),
+        }
+        self._fleet = write_fleet(folder / "fleet.yaml", self.robots, zenoh)
 
     @property
     def hosts(self):
@@ -138,7 +129,7 @@ class LiveSite(LiveHive):
 
     def parameters_of(self, host):
         """Return the parameters on a host's master."""
-        return {**self._parameters, "/zenoh": connection_of(self._read, host)}
+        return {**self._parameters, "/zenoh": connection_of(self._fleet, host)}
 
     @property
     def endpoints(self):
@@ -147,7 +138,7 @@ class LiveSite(LiveHive):
 
     def operator_parameters(self):
         """Return the parameter `zenoh` of the operator's gateway."""
-        return connection_of(self._read, OPERATOR)
+        return connection_of(self._fleet, OPERATOR)
 
     def start_all(self):
         """Start every host, and the operator's gateway."""
@@ -164,9 +155,8 @@ class LiveSite(LiveHive):
 
     def start_router(self, host):
         """Start the router of a host, as an operator does."""
-        hive = (sys.executable, str(node_file("fleet_manager", "hive")))
-        words = ("router", host, "--fleet", str(self._fleet_file))
-        self.start(router_of(host), program=(*hive, *words), prefix=self._network.prefix(host))
+        program = router_command(self._fleet, host)
+        self.start(router_of(host), program=program, prefix=self._network.prefix(host))
 
     def start_host(self, host):
         """Start a host's master, its base and its member."""

@@ -75,8 +75,9 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
 )
 @click.option(
     "--transport",
-    type=click.Choice(["ros", "zenoh"]),
-    help="What carries the messages, for auction; both by default.",
+    type=click.Choice(["ros", "zenoh", "router"]),
+    help="What carries the messages, for auction: ROS, Zenoh, or Zenoh with a router; all by "
+    "default.",
 )
 @click.option(
     "--map",

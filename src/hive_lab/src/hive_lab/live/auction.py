@@ -4,7 +4,7 @@
 A blackboard node and a node for each robot run on a ROS master of their own, with journals on
 disk. Fake bases accept every goal and never move. As a baseline, the same number of bare rospy
 nodes first exchange the messages of a round on the same master without computing anything. Then
-the same hive speaks over ROS, and over Zenoh with certificates.
+the same hive speaks over ROS, and over Zenoh with certificates, without and with a router.
 """
 
 from __future__ import annotations
@@ -52,9 +52,10 @@ AIMS = {
 }
 """Times [s] and memory [MB]; 150 tasks in a second are a time of 1/150 s for each."""
 
-ROS, ZENOH = "ros", "zenoh"
-TRANSPORTS = (ROS, ZENOH)
-"""What carries the messages of a hive; figures of Zenoh begin with its name."""
+ROS, ZENOH, ROUTER = "ros", "zenoh", "router"
+TRANSPORTS = (ROS, ZENOH, ROUTER)
+"""What carries the messages of a hive: ROS, Zenoh, or Zenoh with a router between all. Figures of
+the last two begin with their name."""
 
 _ONE_BY_ONE = 100
 _BURST = 200
@@ -121,8 +122,7 @@ def measure(robots: int, folder: Path, transport: str) -> dict[str, float]:
     are those for a task, of all processes and connections, at the sustained rate. A task is posted
     again if no robot has it after five seconds.
     """
-    hive_at = _over_ros if transport == ROS else _over_zenoh
-    with hive_at(robots, folder) as (hive, desk):
+    with _hive(robots, folder, transport) as (hive, desk):
         _warm_up(desk)
         desk.clear()
         figures = {f"burst_of_{_BURST}": burst(desk)}
@@ -193,6 +193,14 @@ def _module(module: ModuleType, *arguments: str) -> Iterator[None]:
         process.wait()
 
 
+def _hive(
+    robots: int, folder: Path, transport: str
+) -> contextlib.AbstractContextManager[tuple[LiveHive, Desk]]:
+    if transport == ROS:
+        return _over_ros(robots, folder)
+    return _over_zenoh(robots, folder, has_router=transport == ROUTER)
+
+
 @contextlib.contextmanager
 def _over_ros(robots: int, folder: Path) -> Iterator[tuple[LiveHive, Desk]]:
     """Run a hive in a namespace of its own, once all of it answers and has settled.
@@ -215,12 +223,14 @@ def _over_ros(robots: int, folder: Path) -> Iterator[tuple[LiveHive, Desk]]:
 
 
 @contextlib.contextmanager
-def _over_zenoh(robots: int, folder: Path) -> Iterator[tuple[LiveHive, Desk]]:
+def _over_zenoh(robots: int, folder: Path, *, has_router: bool) -> Iterator[tuple[LiveHive, Desk]]:
     """Run the same hive over Zenoh, once all robots are heard."""
-    hive = ZenohHive(folder / f"zenoh-{robots}", f"/zenoh{robots}/", _names(robots))
+    name = f"{ROUTER if has_router else ZENOH}{robots}"
+    hive = ZenohHive(folder / name, f"/{name}/", _names(robots), has_router=has_router)
     with contextlib.ExitStack() as stack:
         stack.callback(hive.end)
         stack.enter_context(_bidders(hive))
+        hive.start_router()
         hive.start(hive.blackboard)
         wire = ZenohWire(hive)
         stack.callback(wire.close)
@@ -248,7 +258,7 @@ def _bidders(hive: LiveHive) -> contextlib.AbstractContextManager[None]:
 def run(robots: int = 0, transport: str = "") -> BenchResult:
     """Measure a number of robots, or all `SIZES` if it is 0; see `measure` and `AIMS`.
 
-    Both transports are measured, one after the other, or only the one that is named.
+    All transports are measured, one after the other, or only the one that is named.
     """
     figures: dict[str, float] = {}
     with contextlib.ExitStack() as stack:

@@ -19,7 +19,7 @@ from blackboard.errors import LiveHiveError
 from blackboard.zenoh.access import key_of, keys_for
 from blackboard.zenoh.link import deserialized, serialized
 from blackboard.zenoh.opening import open_session
-from blackboard.zenoh.session import Endpoints, session_config
+from blackboard.zenoh.session import Mode, session_config
 from hive_lab.live.live_operator import TERMINAL, make_task
 from hive_lab.live.zenoh_hive import OPERATOR
 
@@ -93,7 +93,8 @@ class ZenohWire:
 
     def __init__(self, hive: ZenohHive) -> None:
         self._hive, self._robots = hive.site.name, hive.robots
-        config = session_config(Endpoints(connect=hive.endpoints), hive.site.folder_of(OPERATOR))
+        settings = hive.operator_settings()
+        config = session_config(settings.endpoints, settings.folder, Mode(settings.mode))
         self._session = open_session(config)
         self._post, self._cancel = map(self._publisher, ("new_task", "task_cancel"))
 
@@ -141,7 +142,9 @@ class ZenohWire:
     @property
     def is_heard(self) -> bool:
         """See `Wire`."""
-        return len(list(self._session.info.peers_zid())) == 1 + len(self._robots)
+        info = self._session.info
+        has_router = any(info.routers_zid())
+        return has_router or len(list(info.peers_zid())) == 1 + len(self._robots)
 
     def close(self) -> None:
         """Leave the hive."""

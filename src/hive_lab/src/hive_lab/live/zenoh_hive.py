@@ -5,14 +5,19 @@ from __future__ import annotations
 
 import contextlib
 import socket
+import time
 from typing import TYPE_CHECKING
 
 import rospy
 
 from blackboard.errors import LiveHiveError
 from blackboard.zenoh.access import Role
+from blackboard.zenoh.settings import ZenohSettings
 from fleet_manager.certs.site import Site
+from fleet_manager.config.zenoh_launch import connection_of
+from hive_common.structuring import structure
 from hive_lab.live.live_hive import LiveHive
+from hive_lab.live.site_file import router_command, write_fleet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,6 +25,13 @@ if TYPE_CHECKING:
 
 OPERATOR = "operator"
 """Whose certificate a program has that posts."""
+
+ROUTER = "router"
+"""The name of the router, if there is one."""
+
+_ROUTER_WITHIN = 60.0
+_LOOK_EVERY = 0.05
+"""Times of the wall clock [s]."""
 
 _PORTS = range(61_000, 65_536)
 """Linux gives none of these to connections."""
@@ -32,33 +44,60 @@ class ZenohHive(LiveHive):
         folder: For certificates, journals and logs.
         namespace: Of the hive, beginning and ending in a slash.
         robots: Names of its robots.
+        has_router: Whether they connect to a router, instead of to each other.
 
     Attributes:
         site: The hive's authority.
-        endpoints: Where its members are reached, the blackboard first.
     """
 
-    def __init__(self, folder: Path, namespace: str, robots: Sequence[str]) -> None:
+    def __init__(
+        self, folder: Path, namespace: str, robots: Sequence[str], *, has_router: bool = False
+    ) -> None:
         folder.mkdir(parents=True)
         self.site = Site.new(folder / "site")
         self.site.add("blackboard", Role.BLACKBOARD)
         for robot in robots:
             self.site.add(robot, Role.ROBOT)
         self.site.add(OPERATOR, Role.OPERATOR)
-        self.endpoints = tuple(f"tls/127.0.0.1:{port}" for port in free_ports(1 + len(robots)))
+        names = (ROUTER,) if has_router else ("blackboard", *robots)
+        if has_router:
+            self.site.add(ROUTER, Role.ROUTER)
+        reached = [
+            {"name": name, "address": f"127.0.0.1:{port}"}
+            for name, port in zip(names, free_ports(len(names)), strict=True)
+        ]
+        zenoh = {
+            "certificates": str(self.site.folder / "members"),
+            "routers" if has_router else "members": reached,
+        }
+        self._fleet = write_fleet(folder / "fleet.yaml", robots, zenoh)
         super().__init__(folder, namespace, robots)
 
     def set_parameters(self) -> None:
         """Set the parameters of all nodes on the ROS master."""
         super().set_parameters()
-        for place, name in enumerate(("blackboard", *self.robots)):
-            own = {
-                "listen": [self.endpoints[place]],
-                "connect": list(self.endpoints[:place]),
-                "certificates": str(self.site.folder_of(name)),
-                "own_master": False,
-            }
+        for name in ("blackboard", *self.robots):
+            own = connection_of(self._fleet, name) | {"own_master": False}
             rospy.set_param(f"{self.namespace}{name}/zenoh", own)
+
+    def operator_settings(self) -> ZenohSettings:
+        """Return how a program that posts takes part."""
+        return structure(connection_of(self._fleet, OPERATOR), ZenohSettings)
+
+    def start_router(self) -> None:
+        """Start the router and wait until it listens; without one do nothing.
+
+        Raises:
+            LiveHiveError: It does not listen in time.
+        """
+        if not self._fleet.zenoh.routers:
+            return
+        self.start(ROUTER, program=router_command(self._fleet, ROUTER))
+        end = time.monotonic() + _ROUTER_WITHIN
+        while "listens at" not in self.log_of(ROUTER):
+            if time.monotonic() > end:
+                raise LiveHiveError(f"the router says: {self.log_of(ROUTER)}")
+            time.sleep(_LOOK_EVERY)
 
 
 def free_ports(count: int) -> list[int]:
