@@ -30,7 +30,12 @@ EXCEPTIONS = {
         "compiler's runtime takes 70 MB",
     },
     "blackboard.ros.transport": dict.fromkeys(
-        ("blackboard.ros.drives", "blackboard.ros.relay", "blackboard.zenoh.link"),
+        (
+            "blackboard.ros.drives",
+            "blackboard.ros.relay",
+            "blackboard.zenoh.link",
+            "blackboard.zenoh.opening",
+        ),
         "Zenoh's engine, 10 MB in each process: only where the hive speaks over it",
     ),
     "fleet_manager.cli.main": {

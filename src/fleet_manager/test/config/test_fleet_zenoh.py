@@ -298,13 +298,20 @@ def test_processes_with_several_robots_are_refused_over_zenoh(file):
     assert ["'shared'" in found[0], "'vda5050'" in found[1]] == [True, True]
 
 
-def test_the_fleet_of_the_page_is_good_and_its_machines_are_those_of_the_page(file):
+def test_the_fleets_of_the_page_are_good_and_its_machines_are_theirs(file):
     page = PAGE.read_text(encoding="utf-8")
-    block = re.search(r"   ```yaml\n(.*?)   ```", page, re.DOTALL).group(1)
+    blocks = re.findall(r"^ {3}```yaml\n(.*?)^ {3}```", page, re.DOTALL | re.MULTILINE)
+    direct, routed = (re.sub("^ {3}", "", each, flags=re.MULTILINE) for each in blocks)
+    robots = "".join(
+        f"  - {{name: robot{number}, model: mir100, pose: [{2 * number}, 2, 0]}}\n"
+        for number in range(1, 5)
+    )
 
-    assert mistakes_in(file, re.sub("^   ", "", block, flags=re.MULTILINE)) == []
-    fleet = read_fleet(str(file))
+    assert mistakes_in(file, direct) == []
+    peers = read_fleet(str(file))
+    assert mistakes_in(file, f"transport: zenoh\n{routed}robots:\n{robots}") == []
+    routers = read_fleet(str(file))
     machines = [each.strip('"') for each in re.findall(r'machine:=("[^"]+"|\w+)', page)]
-    assert "blackboard laptop1" in machines
+    assert {"blackboard laptop1", "hall_a"} <= set(machines)
     for each in machines:
-        assert unknown_on(fleet, each.split()) == "", each
+        assert "" in {unknown_on(fleet, each.split()) for fleet in (peers, routers)}, each

@@ -6,6 +6,7 @@ office, which hears both halls.
 """
 
 import time
+from itertools import pairwise
 
 import pytest
 from live_network import network_of
@@ -94,22 +95,31 @@ def test_the_larger_hall_goes_on_without_the_other_and_both_are_one_hive_again_a
     doers(operator, post(operator, "healed", 4))
 
 
+def silence(operator, since):
+    """Return the longest time without a heartbeat at the operator's machine [s]."""
+    heard = [since, *(at for at, _ in operator.beats if at > since)]
+    return max(later - earlier for earlier, later in pairwise(heard))
+
+
 @pytest.mark.parametrize("hall", [NORTH, SOUTH])
-def test_a_hall_whose_router_is_killed_uses_the_other_one(site, operator, hall):
+def test_a_hall_whose_router_is_killed_uses_the_other_one(site, operator, record_property, hall):
     tasks = post(operator, f"without-{hall}", 12)
 
+    since = time.monotonic()
     site.kill(router_of(hall))
     doers(operator, tasks)
     operator.forget_answers()
     operator.wait_until_whole()
+    record_property("silence [s]", silence(operator, since))
 
     site.start_router(hall)
     doers(operator, post(operator, f"with-{hall}", 4))
 
 
-def test_a_hall_whose_router_hangs_uses_the_other_one(site, operator):
+def test_a_hall_whose_router_hangs_uses_the_other_one(site, operator, record_property):
     tasks = post(operator, "hangs", 12)
 
+    since = time.monotonic()
     site.freeze(router_of(NORTH))
     try:
         doers(operator, tasks)
@@ -117,8 +127,25 @@ def test_a_hall_whose_router_hangs_uses_the_other_one(site, operator):
         operator.wait_until_whole()
     finally:
         site.thaw(router_of(NORTH))
+    record_property("silence [s]", silence(operator, since))
 
     doers(operator, post(operator, "again", 4))
+
+
+def test_a_hall_whose_router_s_host_vanishes_uses_the_other_one(
+    network, operator, record_property
+):
+    tasks = post(operator, "vanishes", 12)
+
+    since = time.monotonic()
+    network.unplug(NORTH)
+    doers(operator, tasks)
+    operator.forget_answers()
+    operator.wait_until_whole()
+    record_property("silence [s]", silence(operator, since))
+    network.heal()
+
+    doers(operator, post(operator, "back", 4))
 
 
 def test_the_operator_s_machine_reaches_the_hive_by_a_router_that_is_left(site, operator):

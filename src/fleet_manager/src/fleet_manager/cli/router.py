@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from blackboard.zenoh.access import Role
+from blackboard.zenoh.router import running_router
 from blackboard.zenoh.session import CERTIFICATE
 from blackboard.zenoh.settings import ZenohSettings
 from fleet_manager.certs.issuing import read_issued
@@ -40,9 +41,6 @@ def router(name: str, fleet: str) -> None:
       hive router hall_a --fleet /etc/robo-hive/fleet.yaml
     """  # noqa: D301  (to click, \b means: keep the lines)
     settings = _settings(read_fleet(fleet), name)
-    # On demand: tab completion and `--help` do not need the engine.
-    from blackboard.zenoh.router import running_router  # noqa: PLC0415
-
     with running_router(settings, click.echo):
         where = ", ".join(settings.listen)
         click.echo(f"{name} is a router and listens at {where}")
