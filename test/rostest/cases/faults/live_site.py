@@ -259,9 +259,11 @@ def doers(operator, tasks):
     )
     by = set()
     for task in tasks:
-        done = [each for each in operator.updates[task] if each.state == TaskState.DONE]
-        # The robot tells it, and the leader too; both name the assignment.
-        ((robot, _),) = {(each.robot_id, each.assignment) for each in done}
+        listed = operator.record_of(task)
+        told = [each for each in operator.updates[task] if each.state == TaskState.DONE]
+        # The robot tells it, and the leader too; who is cut off misses both, and gets the list.
+        done = {(each.robot_id, each.assignment) for each in told}
+        ((robot, _),) = done | {(listed.robot, listed.assignment)}
         by.add(robot)
     return by
 
