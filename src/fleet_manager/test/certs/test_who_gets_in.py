@@ -236,6 +236,19 @@ def test_a_router_passes_on_nothing_that_is_not_the_speaker_s_own(site, name, fo
         assert hall.heard_until(own) == [own]
 
 
+def test_a_member_hears_by_a_router_who_is_not_on_its_own_list(tmp_path, site):
+    """A new robot has to be known to the routers only."""
+    newer = Site(shutil.copytree(site.folder, tmp_path / "lab"))
+    newer.add("robot9", Role.ROBOT)
+    shutil.rmtree(newer.folder_of("blackboard"))
+    shutil.copytree(site.folder_of("blackboard"), newer.folder_of("blackboard"))
+    with contextlib.ExitStack() as stack:
+        hall = Hall(newer, "hall1", stack)
+        hall.say(stack.enter_context(hall.client("robot9")), "task_cost/robot9")
+
+        assert hall.heard_until("task_cost/robot9") == ["task_cost/robot9"]
+
+
 def test_a_member_passes_on_nothing_as_if_it_were_a_router(site):
     """Others drop what comes from its connection and is not its own."""
     with contextlib.ExitStack() as stack:

@@ -117,6 +117,23 @@ def test_a_router_says_who_comes_and_goes_by_the_name_of_the_certificate(hall, t
     assert (code, err) == (0, "")
 
 
+def test_a_router_s_machine_needs_no_model_of_a_robot(hall):
+    text = hall.file.read_text(encoding="utf-8")
+    hall.file.write_text(text.replace("mir100", "/nowhere/own.yaml"), encoding="utf-8")
+    code, out, err = hall.run()
+
+    assert (code, err) == (0, "")
+    assert "listens at" in out
+
+
+def test_a_mistake_in_the_connections_is_named_in_its_line(hall):
+    hall.write("  operators: [north]\n")
+    code, _, err = hall.run()
+
+    assert code == 2
+    assert "fleet.yaml:2: zenoh.routers[0].name: 'north' is the name of another one" in err
+
+
 def test_a_router_stops_listening_when_it_ends(hall):
     hall.run()
     code, out, err = hall.run()

@@ -2,6 +2,7 @@
 """Fleets whose members speak over Zenoh, and the launch files made of them."""
 
 import re
+import shlex
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -173,11 +174,20 @@ def test_a_router_s_machine_runs_it_and_no_member(file):
     fleet = fleet_of(file, ROUTERS)
 
     root = launched(fleet, "south")
-    assert routers_in(root) == {"router_south": f"router south --fleet '{file}'"}
+    assert routers_in(root) == {"router_south": f"router south --fleet {file}"}
     assert root.find("node[@type='hive']").get("respawn") == "true"
     assert settings(root) == {}
     assert routers_in(launched(fleet, "bob")) == {}
     assert set(routers_in(launched(fleet))) == {"router_north", "router_south"}
+
+
+def test_a_fleet_file_may_lie_in_a_folder_with_a_space_in_its_name(tmp_path):
+    folder = tmp_path / "hall's map"
+    folder.mkdir()
+    root = launched(fleet_of(folder / "my fleet.yaml", ROUTERS), "south")
+
+    words = shlex.split(routers_in(root)["router_south"])
+    assert words == ["router", "south", "--fleet", str(folder / "my fleet.yaml")]
 
 
 def test_of_two_routers_the_later_one_connects_to_the_other(file):

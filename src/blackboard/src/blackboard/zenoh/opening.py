@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from blackboard.errors import NoRouterError, SettingsError
-from blackboard.zenoh.connections import end_dead_connections, give_up_connecting
 from blackboard.zenoh.session import Mode
+from blackboard.zenoh.user_timeout import end_dead_connections
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +25,6 @@ def open_session(config: Mapping[str, Any]) -> zenoh.Session:
     """
     # The other lines tell only that a session was closed while it was being spoken to.
     zenoh.init_log_from_env_or("error,zenoh::api::session=off")
-    give_up_connecting()
     try:
         session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:

@@ -28,8 +28,9 @@ _RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor":
 
 
 _HANDSHAKE = 3000
-"""How long another process may take to answer while a connection to it is opened [ms]. A session
-that is closed waits as long, so a process would take long to end while another one hangs."""
+"""How long another process may take to answer while a connection to it is opened [ms]. A client
+asks no other router meanwhile, and a session that is closed waits as long, so a process would take
+long to end while another one hangs."""
 
 
 _PRIORITIES = ("control", "interactive_high", "data")

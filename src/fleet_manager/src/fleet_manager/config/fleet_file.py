@@ -218,9 +218,7 @@ def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
         zenoh = attrs.evolve(zenoh, certificates=str(folder.absolute()))
     given = attrs.asdict(content, recurse=False) | {"robots": robots, "zenoh": zenoh}
     fleet = Fleet(path=path, **given)
-    members = [BLACKBOARD, *(robot.name for robot in robots)]
-    connected = [error_at(path, keys, what) for keys, what in mistakes_in_site(zenoh, members)]
-    mistakes = [*_names(fleet), *_zones(fleet), *connected]
+    mistakes = [*_names(fleet), *_zones(fleet), *mistakes_in_connections(fleet)]
     bases, bad_models = _bases(fleet)
     return fleet, [*mistakes, *bad_models, *_overlaps(fleet, bases)]
 
@@ -253,6 +251,13 @@ def _zones(fleet: Fleet) -> Iterator[FileError]:
                 "every zone needs a name of its own"
             )
             yield error_at(fleet.path, ("zones", index, "name"), problem)
+
+
+def mistakes_in_connections(fleet: Fleet) -> Iterator[FileError]:
+    """Yield what is wrong with how members reach each other over Zenoh."""
+    members = [BLACKBOARD, *(robot.name for robot in fleet.robots)]
+    for keys, problem in mistakes_in_site(fleet.zenoh, members):
+        yield error_at(fleet.path, keys, problem)
 
 
 def mistakes_over_zenoh(fleet: Fleet) -> Iterator[FileError]:

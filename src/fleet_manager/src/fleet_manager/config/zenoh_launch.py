@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
@@ -94,7 +95,7 @@ def _ends(fleet: Fleet, listen: Sequence[str], connect: Sequence[str]) -> dict[s
 
 def _router_line(fleet: Fleet, router: ZenohRouter) -> str:
     """Return the line that runs a router, and again if it ends; it is no ROS node."""
-    words = quoteattr(f"router {router.name} --fleet '{fleet.path}'")
+    words = quoteattr(shlex.join(["router", router.name, "--fleet", str(fleet.path)]))
     return (
         f'  <node pkg="fleet_manager" type="hive" name="router_{router.name}" args={words} '
         'output="screen" respawn="true" respawn_delay="1"/>'

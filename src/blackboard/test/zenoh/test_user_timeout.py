@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which connections the kernel ends: those that are dead, and those that do not open."""
+"""Which connections the kernel ends when nothing is acknowledged on them any more."""
 
 from __future__ import annotations
 
-import contextlib
 import os
 import queue
 import socket
@@ -14,16 +13,10 @@ import pytest
 
 pytest.importorskip("blackboard.msg", reason="the link needs generated messages")
 
-from blackboard.zenoh import connections as connections_module
-from blackboard.zenoh.connections import (
-    ASKED_AGAIN,
-    UNACKNOWLEDGED,
-    give_up_connecting,
-    limit,
-    limit_opening,
-)
+from blackboard.zenoh import user_timeout
 from blackboard.zenoh.opening import open_session
 from blackboard.zenoh.session import Endpoints, session_config
+from blackboard.zenoh.user_timeout import UNACKNOWLEDGED, limit
 
 DESCRIPTORS = Path("/proc/self/fd")
 WITHIN = 20.0  # a busy machine needs no longer [s]
@@ -115,7 +108,7 @@ def test_connections_of_a_session_are_limited_at_both_ends(monkeypatch):
         limit(*ends)
         limited.put(ends)
 
-    monkeypatch.setattr(connections_module, "limit", note)
+    monkeypatch.setattr(user_timeout, "limit", note)
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -127,40 +120,3 @@ def test_connections_of_a_session_are_limited_at_both_ends(monkeypatch):
         found = [each for pair in ends for each in timeouts_between(*pair)]
 
     assert found == [1000 * UNACKNOWLEDGED] * 2
-
-
-@pytest.fixture
-def opening():
-    """A connection to a host that does not answer: a port that keeps nobody waiting."""
-    with contextlib.ExitStack() as stack:
-        server = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
-        waiting = []
-        for _ in range(3):
-            waiting.append(stack.enter_context(socket.socket()))
-            waiting[-1].setblocking(False)
-            waiting[-1].connect_ex(server.getsockname())
-        yield waiting[-1]
-
-
-def asked_again(connection):
-    """Return how often the kernel asks again."""
-    return connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_SYNCNT)
-
-
-def test_only_a_connection_that_is_being_opened_is_given_up_soon(opening, connections):
-    (one, _), _ = connections
-    usual = asked_again(one)
-    limit_opening()
-
-    assert asked_again(opening) == ASKED_AGAIN < usual
-    assert asked_again(one) == usual
-
-
-def test_connections_that_are_being_opened_are_looked_for_all_the_time(monkeypatch):
-    looks = queue.Queue()
-    monkeypatch.setattr(connections_module, "limit_opening", lambda: looks.put(1))
-    give_up_connecting.cache_clear()
-    give_up_connecting()
-
-    for _ in range(2):
-        looks.get(timeout=WITHIN)
