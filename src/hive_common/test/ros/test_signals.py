@@ -2,8 +2,11 @@
 """A node ends on Ctrl-C, whatever its main thread does at that moment."""
 
 import ast
+import contextlib
+import os
 import subprocess
 import sys
+import xmlrpc.client
 from pathlib import Path
 
 import pytest
@@ -25,6 +28,7 @@ def shut_down(_reason):
 
 rospy.signal_shutdown = shut_down
 rospy.init_node = lambda name, **how: print(name, how)
+rospy.get_param_cached = lambda *_: None
 init_node("robot")
 with lock:
     os.kill(os.getpid(), signal.{signal})
@@ -53,6 +57,7 @@ import rospy
 from hive_common.ros.signals import init_node
 
 rospy.init_node = lambda *_, **__: None
+rospy.get_param_cached = lambda *_: None
 init_node("robot")
 rospy.is_shutdown = lambda: {state!r} == "shut down"
 rospy.core.is_shutdown_requested = lambda: {state!r} == "asked to"
@@ -78,6 +83,56 @@ def test_what_a_thread_meets_in_the_shutdown_shows_no_traceback(thread, state):
     )
 
     assert ("closed topic" in done.stderr) is (state == "works")
+
+
+MASTER = """
+import signal
+from rosmaster.master import Master
+
+master = Master(0)
+master.start()
+print(master.uri, flush=True)
+signal.pause()
+"""
+
+LOGS_LATE = """
+import sys
+import rospy
+from hive_common.ros.signals import init_node
+
+init_node("robot")
+for line in ("ready", "logged"):
+    print(line, flush=True)
+    sys.stdin.readline()
+    rospy.logwarn("late")
+"""
+
+
+@contextlib.contextmanager
+def running(program, **environment):
+    """Run a program and talk to it; kill it afterwards."""
+    pipe = subprocess.PIPE
+    words, environment = [sys.executable, "-c", program], os.environ | environment
+    with subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True, env=environment) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def test_a_node_that_first_logs_when_another_has_its_name_does_not_take_it_back(tmp_path):
+    successor = "http://127.0.0.1:1/"
+    with running(MASTER) as master:
+        uri = master.stdout.readline().strip()
+        environment = {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "ROS_HOME": str(tmp_path)}
+        with running(LOGS_LATE, **environment) as node:
+            assert node.stdout.readline() == "ready\n"
+            with xmlrpc.client.ServerProxy(uri) as asked:
+                asked.registerPublisher("/robot", "/x", "std_msgs/String", successor)
+                print(file=node.stdin, flush=True)
+                assert node.stdout.readline() == "logged\n"
+
+                assert asked.lookupNode("/test", "/robot")[2] == successor
 
 
 def test_no_node_leaves_signals_to_rospy():

@@ -30,6 +30,8 @@ import rospy.impl.tcpros_pubsub
 from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
 from rospy.topics import _SubscriberImpl
 
+from hive_common.ros.signals import is_shutting_down
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -119,7 +121,7 @@ class _Keeper:
         """Connect after a pause, if that is necessary and possible then."""
         link = topic, uri
         with self._lock:
-            if link in self._waiting or rospy.is_shutdown():
+            if link in self._waiting or is_shutting_down():
                 return
             self._waiting.add(link)
             pause = self._next_pause(link)
@@ -138,7 +140,7 @@ class _Keeper:
         with self._lock:
             self._waiting.discard((topic, uri))
         subscription = get_topic_manager().get_subscriber_impl(topic)
-        if rospy.is_shutdown() or subscription is None or not _misses(subscription, uri):
+        if is_shutting_down() or subscription is None or not _misses(subscription, uri):
             return
         is_there = _publishes(uri, topic)
         if is_there:

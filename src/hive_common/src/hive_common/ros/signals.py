@@ -16,9 +16,13 @@ import threading
 from typing import TYPE_CHECKING
 
 import rospy
+import rospy.impl.paramserver
 
 if TYPE_CHECKING:
     from types import FrameType, TracebackType
+
+_ROSOUT_TOPICS = "/rosout_disable_topics_generation"
+"""Whether the topics of a node are left out of what it logs on rosout."""
 
 _PATIENCE = 5.0  # time that the process waits for the shutdown to tell the master [s]
 
@@ -40,6 +44,19 @@ def init_node(name: str, *, anonymous: bool = False) -> None:
     threading.excepthook = _say_of_threads_unless_shut_down
     threading.Thread(target=shutdown.wait_for_signal, name="signals", daemon=True).start()
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
+    _log_without_the_master()
+
+
+def _log_without_the_master() -> None:
+    """Have no line that is logged ask the master whether rosout is told the node's topics.
+
+    Unless that parameter is set, rospy subscribes to it anew with each line, which the master
+    takes for a registration. A node that is shut down because a new one has taken its name, and
+    logs a last line, would have the master shut the new one down. The master still tells when the
+    parameter changes.
+    """
+    omitted = rospy.get_param_cached(_ROSOUT_TOPICS, False)
+    rospy.impl.paramserver.get_param_server_cache().set(_ROSOUT_TOPICS, omitted)
 
 
 def is_shutting_down() -> bool:
