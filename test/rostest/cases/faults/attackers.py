@@ -13,7 +13,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 import rospy
 import zenoh
-from held_clock import PATIENT, STEADY
+from held_clock import PATIENT
 from live_network import network_of
 from live_site import doers, post, site_on
 
@@ -44,6 +44,9 @@ from hive_lab.live.live_operator import make_task
 ROBOTS = ("robot1", "robot2")
 HOSTS = ("blackboard", *ROBOTS)
 STRANGERS = {"eve": Role.VIEWER, "mallory": Role.OPERATOR}
+UNHURRIED = {"self_demotion": 20.0, "election": 22.0, "min_election": 22.0}
+"""Parameters of a hive in which only a message can replace the leader: the attackers use the
+processors of the members, and no member is deaf for so long [s]."""
 RANDOM = 10_000
 """Random payloads on each key."""
 FLOODS, FLOOD = 5, 2.0
@@ -68,7 +71,7 @@ def site(network, tmp_path_factory):
         tmp_path_factory,
         strangers=STRANGERS,
         robots=ROBOTS,
-        blackboard=STEADY,
+        blackboard=UNHURRIED,
         robot=PATIENT,
     ) as site:
         yield site
