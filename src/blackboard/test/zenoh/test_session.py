@@ -99,6 +99,8 @@ def test_zenoh_understands_the_configuration(folder, mode):
     read = zenoh.Config.from_json5(json.dumps(session_config(endpoints, folder, mode)))
 
     assert json.loads(read.get_json("mode")) == mode.value
+    lease = 2_000 if mode is Mode.ROUTER else 10_000
+    assert json.loads(read.get_json("transport/link/tx/lease")) == lease
     assert json.loads(read.get_json("transport/link/tls/enable_mtls")) is True
     assert json.loads(read.get_json("access_control/default_permission")) == "deny"
     assert json.loads(read.get_json("scouting/multicast/enabled")) is False

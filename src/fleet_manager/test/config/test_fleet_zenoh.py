@@ -261,40 +261,46 @@ def test_what_a_machine_can_run_is_not_refused(file, machine):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("head", "change", "words"),
     [
-        (("name: bob, a", "name: carl, a"), "'carl' is no member; allowed: blackboard, amy, bob"),
-        (("name: bob, a", "name: amy, a"), "'amy' is there twice"),
-        (('    - {name: bob, address: "10.0.0.3:7447"}\n', ""), "bob missing"),
-        (("10.0.0.3:7447", "10.0.0.3"), "allowed: HOST:PORT"),
-        (("  certificates: certs\n", ""), "'10.0.0.2:7447' is reached from other machines"),
-        (("eve", "bob"), "'bob' is a member; an operator needs a name"),
-    ],
-)
-def test_a_mistake_in_where_members_are_reached_is_named_in_its_line(file, change, words):
-    found = mistakes_in(file, MEMBERS.replace(*change) + ROBOTS)
-
-    assert any(words in each and "mine.yaml:" in each for each in found), found
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("name: south", "name: north"), "'north' is the name of another one"),
-        (("name: south", "name: eve"), "'eve' is the name of another one"),
-        (("name: south", "name: so-uth"), "allowed: a letter, then letters"),
-        (("[bob]", "[bob, carl]"), "'carl' is unknown; allowed: blackboard, amy, bob, anna, eve"),
-        (("[bob]", "[eve]"), "'eve' is served by north already"),
-        (("10.1.0.1:7447", "10.1.0.1"), "allowed: HOST:PORT"),
-        (("  certificates: certs\n", ""), "'192.168.7.1:7447' is reached from other machines"),
         (
+            MEMBERS,
+            ("name: bob, a", "name: carl, a"),
+            "'carl' is no member; allowed: blackboard, amy, bob",
+        ),
+        (MEMBERS, ("name: bob, a", "name: amy, a"), "'amy' is there twice"),
+        (MEMBERS, ('    - {name: bob, address: "10.0.0.3:7447"}\n', ""), "bob missing"),
+        (MEMBERS, ("10.0.0.3:7447", "10.0.0.3"), "allowed: HOST:PORT"),
+        (
+            MEMBERS,
+            ("  certificates: certs\n", ""),
+            "'10.0.0.2:7447' is reached from other machines",
+        ),
+        (MEMBERS, ("eve", "bob"), "'bob' is a member; an operator needs a name"),
+        (ROUTERS, ("name: south", "name: north"), "'north' is the name of another one"),
+        (ROUTERS, ("name: south", "name: eve"), "'eve' is the name of another one"),
+        (ROUTERS, ("name: south", "name: so-uth"), "allowed: a name for ROS: a letter"),
+        (
+            ROUTERS,
+            ("[bob]", "[bob, carl]"),
+            "'carl' is unknown; allowed: blackboard, amy, bob, anna, eve",
+        ),
+        (ROUTERS, ("[bob]", "[eve]"), "'eve' is served by north already"),
+        (ROUTERS, ("10.1.0.1:7447", "10.1.0.1"), "allowed: HOST:PORT"),
+        (
+            ROUTERS,
+            ("  certificates: certs\n", ""),
+            "'192.168.7.1:7447' is reached",
+        ),
+        (
+            ROUTERS,
             ("  routers:", '  members: [{name: amy, address: "10.0.0.5:1"}]\n  routers:'),
             "not allowed together with `routers`",
         ),
     ],
 )
-def test_a_mistake_in_the_routers_is_named_in_its_line(file, change, words):
-    found = mistakes_in(file, ROUTERS.replace(*change) + ROBOTS)
+def test_a_mistake_in_how_members_reach_each_other_is_named_in_its_line(file, head, change, words):
+    found = mistakes_in(file, head.replace(*change) + ROBOTS)
 
     assert any(words in each and "mine.yaml:" in each for each in found), found
 

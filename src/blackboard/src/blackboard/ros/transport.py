@@ -14,7 +14,6 @@ from blackboard.errors import NoRouterError, SettingsError
 from blackboard.process.talker import ProcessTalker
 from blackboard.ros.talker import RosRuntime, RosTalker
 from blackboard.ros.traffic_kinds import ROUTES, TRAFFIC, TRAFFIC_KINDS, TRAFFIC_STATE
-from blackboard.zenoh.session import Mode, session_config
 from blackboard.zenoh.settings import ZenohSettings
 from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
@@ -144,8 +143,7 @@ def join_network(
     from blackboard.zenoh.link import ZenohLink  # noqa: PLC0415
 
     own = settings.own(name)
-    config = session_config(settings.endpoints, settings.folder, Mode(settings.mode))
-    session = _open(config)
+    session = _open(settings.session())
     atexit.register(session.close)
     link = ZenohLink(
         session,

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import zenoh
 from zenoh.handlers import Callback
 
-from blackboard.errors import SettingsError
 from blackboard.zenoh.opening import open_session
 from blackboard.zenoh.session import Mode, session_config
 
@@ -28,11 +27,8 @@ def running_router(settings: ZenohSettings, tell: Callable[[str], None]) -> Iter
         tell: Called with a line when somebody is connected, and when its connection is gone.
 
     Raises:
-        SettingsError: It listens nowhere, an endpoint or the certificate is not allowed, or Zenoh
-            cannot start.
+        SettingsError: An endpoint or the certificate is not allowed, or Zenoh cannot start.
     """
-    if not settings.listen:
-        raise SettingsError("a router that listens nowhere has nobody to pass anything on to")
 
     def note(event: zenoh.LinkEvent) -> None:
         is_new = event.kind == zenoh.SampleKind.PUT

@@ -4,12 +4,12 @@
 import ipaddress
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import attrs
 
 from blackboard.errors import SettingsError
-from blackboard.zenoh.session import Endpoints, Mode, Own, read_own
+from blackboard.zenoh.session import Endpoints, Mode, Own, read_own, session_config
 from hive_common.structuring import Allowed, one_of
 
 _HIVE = "hive"
@@ -49,6 +49,10 @@ class ZenohSettings:
     def folder(self) -> Path | None:
         """The folder of its certificate; None if it has none."""
         return Path(self.certificates).expanduser() if self.certificates else None
+
+    def session(self) -> dict[str, Any]:
+        """Return the configuration of its session; see `session.session_config`."""
+        return session_config(self.endpoints, self.folder, Mode(self.mode))
 
     @property
     def address(self) -> str:

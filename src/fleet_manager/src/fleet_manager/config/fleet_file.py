@@ -22,7 +22,7 @@ from blackboard.domain.settings import (
     TRAFFIC,
     ChargingSettings,
 )
-from fleet_manager.config.zenoh_site import BLACKBOARD, ZenohSite, mistakes_in_site
+from fleet_manager.config.zenoh_site import BLACKBOARD, ROS_NAME, ZenohSite, mistakes_in_site
 from hive_common.checked_yaml import error_at, named_at, read_all_mistakes
 from hive_common.errors import FileError
 from hive_common.geometry import Footprint, outline
@@ -95,13 +95,7 @@ class AgvOnBroker:
 class FleetRobot:
     """One robot of a fleet."""
 
-    name: Annotated[
-        str,
-        Allowed(
-            "a name for ROS: a letter, then letters, digits and underscores, at most 40 in all",
-            re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}").fullmatch,
-        ),
-    ]
+    name: Annotated[str, ROS_NAME]
     """Also its ROS namespace."""
     model: Annotated[str, Allowed("the name of a robot model, or the path of its file")] = ""
     """Empty, for an AGV with `driver: vda5050` that is not simulated: what its factsheet tells."""

@@ -17,6 +17,12 @@ FIRST_PORT = 7447
 """Where the first member is reached on this machine, if the fleet file does not say; the others
 are reached at the ports that follow."""
 
+ROS_NAME = Allowed(
+    "a name for ROS: a letter, then letters, digits and underscores, at most 40 in all",
+    lambda value: re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,39}", value) is not None,
+)
+"""What a robot or a router may be called."""
+
 Mistake = tuple[tuple[str | int, ...], str]
 """Where a mistake is in the fleet file, and what is wrong."""
 
@@ -40,13 +46,7 @@ class ZenohMember:
 class ZenohRouter:
     """Where a router is reached, and for whom it is the first."""
 
-    name: Annotated[
-        str,
-        Allowed(
-            "a letter, then letters, digits and underscores, at most 40 in all",
-            re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}").fullmatch,
-        ),
-    ]
+    name: Annotated[str, ROS_NAME]
     address: Annotated[str, _ADDRESS]
     listen: Annotated[str, _ADDRESS] | None = None
     """Where it listens, if that is not its address, as behind address translation."""

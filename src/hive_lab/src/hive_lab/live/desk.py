@@ -19,7 +19,6 @@ from blackboard.errors import LiveHiveError
 from blackboard.zenoh.access import key_of, keys_for
 from blackboard.zenoh.link import deserialized, serialized
 from blackboard.zenoh.opening import open_session
-from blackboard.zenoh.session import Mode, session_config
 from hive_lab.live.live_operator import TERMINAL, make_task
 from hive_lab.live.zenoh_hive import OPERATOR
 
@@ -93,9 +92,7 @@ class ZenohWire:
 
     def __init__(self, hive: ZenohHive) -> None:
         self._hive, self._robots = hive.site.name, hive.robots
-        settings = hive.operator_settings()
-        config = session_config(settings.endpoints, settings.folder, Mode(settings.mode))
-        self._session = open_session(config)
+        self._session = open_session(hive.operator_settings().session())
         self._post, self._cancel = map(self._publisher, ("new_task", "task_cancel"))
 
     def _publisher(self, topic: str) -> zenoh.Publisher:
