@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What all unit tests share: one profile for properties, and a rospy that is not shut down."""
 
+import queue
 import sys
 
 import pytest
@@ -19,3 +20,23 @@ def _rospy_runs(monkeypatch):
     if core is not None:
         monkeypatch.setattr(core, "_shutdown_flag", False)
         monkeypatch.setattr(core, "_in_shutdown", False)
+
+
+WITHIN = 20.0  # a busy machine needs no longer [s]
+
+
+@pytest.fixture
+def until_heard():
+    """Wait until a Zenoh session knows that another one listens to a key."""
+    import zenoh  # noqa: PLC0415  (few tests need it)
+
+    def until_heard(session, key):
+        changed = queue.Queue()
+        publisher = session.declare_publisher(key, allowed_destination=zenoh.Locality.REMOTE)
+        listener = publisher.declare_matching_listener(changed.put)
+        while not publisher.matching_status.matching:
+            changed.get(timeout=WITHIN)
+        listener.undeclare()
+        publisher.undeclare()
+
+    return until_heard

@@ -15,6 +15,7 @@ setup(
             "fleet_manager.gui",
             "fleet_manager.gui.benchmarks",
             "fleet_manager.ros",
+            "fleet_manager.zenoh",
         ],
         package_dir={"": "src"},
     )

@@ -46,6 +46,15 @@ EXCEPTIONS = {
         "blackboard.ros.journals": "rosgraph, for the commands that read journals",
         "fleet_manager.ros.client_link": "rospy takes longer than --help and tab completion may",
         "fleet_manager.ros.fault_link": "rospy, as above",
+        "fleet_manager.config.zenoh_operator": "fleet files, for commands with --connect",
+        "fleet_manager.zenoh.client_link": "Zenoh's engine, as above",
+    },
+    "fleet_manager.gui.program": dict.fromkeys(
+        ("fleet_manager.config.zenoh_operator", "fleet_manager.zenoh.desk_link"),
+        "Zenoh's engine, 10 MB, for windows with --connect",
+    ),
+    "fleet_manager.zenoh.role": {
+        "fleet_manager.certs.issuing": "cryptography, which takes 0.1 s, before the first request",
     },
     "hive_lab.bench.registry": {
         "hive_lab.": "a benchmark's module, by its word: some need ROS, Qt or OMPL, and the list "

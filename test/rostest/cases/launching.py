@@ -51,10 +51,18 @@ class Launches:
                 process.wait()
 
 
-def run_hive(*words):
-    """Run `hive` with words; return the finished process. Nobody is there to answer a question."""
+HIVE = ("rosrun", "fleet_manager", "hive")
+"""The command line."""
+
+
+def run_hive(*words, **environment):
+    """Run `hive` with words; return the finished process. Nobody is there to answer a question.
+
+    Further arguments are added to its environment.
+    """
     return subprocess.run(
-        ["rosrun", "fleet_manager", "hive", *words],
+        [*HIVE, *words],
+        env=os.environ | environment,
         capture_output=True,
         text=True,
         check=False,

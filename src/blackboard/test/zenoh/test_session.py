@@ -28,7 +28,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:7447", "tcp/[::1]:7447"])
+@pytest.mark.parametrize(
+    "endpoint", ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/127.0.0.1:7447#iface=lo"]
+)
 def test_without_certificates_a_session_stays_on_loopback(endpoint):
     config = session_config(Endpoints(listen=(endpoint,), connect=(endpoint,)))
 
@@ -38,7 +40,10 @@ def test_without_certificates_a_session_stays_on_loopback(endpoint):
 
 @pytest.mark.parametrize(
     "endpoint",
-    ["tcp/0.0.0.0:7447", "tcp/192.168.1.2:7447", "tcp/lab:7447", "tls/127.0.0.1:7447", ""],
+    [
+        *("tcp/0.0.0.0:7447", "tcp/192.168.1.2:7447", "tcp/lab:7447", "tls/127.0.0.1:7447", ""),
+        *("tcp/127.0.0.1", "tcp/127.0.0.1:", "tcp/127.0.0.1:x", "tcp/127.0.0.1:65536"),
+    ],
 )
 @pytest.mark.parametrize("way", ["listen", "connect"])
 def test_without_certificates_no_other_machine_is_reached(way, endpoint):

@@ -271,6 +271,7 @@ def test_what_a_machine_can_run_is_not_refused(file, machine):
         (MEMBERS, ("name: bob, a", "name: amy, a"), "'amy' is there twice"),
         (MEMBERS, ('    - {name: bob, address: "10.0.0.3:7447"}\n', ""), "bob missing"),
         (MEMBERS, ("10.0.0.3:7447", "10.0.0.3"), "allowed: HOST:PORT"),
+        (MEMBERS, ("10.0.0.3:7447", "10.0.0.3:74470"), "allowed: HOST:PORT"),
         (
             MEMBERS,
             ("  certificates: certs\n", ""),

@@ -55,6 +55,20 @@ def test_a_command_that_asks_the_hive_imports_nothing_heavy(words, tmp_path):
     assert modules & HEAVY == set()
 
 
+def test_a_hive_over_zenoh_is_asked_without_ros(tmp_path):
+    fleet = tmp_path / "mine.yaml"
+    fleet.write_text(
+        'transport: zenoh\nzenoh: {routers: [{name: hall, address: "127.0.0.1:9"}]}\n'
+        "robots: [{name: amy, model: mir100, pose: [1, 2, 0]}]\n"
+    )
+
+    code, modules = run("--connect", str(fleet), "tasks", folder=tmp_path)
+
+    assert code == 3
+    assert "zenoh" in modules
+    assert modules & {"rospy", "rosgraph", "roslaunch", "numba", "ompl"} == set()
+
+
 def test_what_roslaunch_adds_to_the_words_of_a_node_is_left_out(tmp_path):
     code, _ = run("tasks", "__name:=router_north", "__log:=/x.log", folder=tmp_path)
 

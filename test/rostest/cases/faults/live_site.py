@@ -12,7 +12,7 @@ import sys
 
 import rospy
 from blackboard.msg import TaskState
-from launching import wait_until_empty
+from launching import HIVE, run_hive, wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
@@ -26,6 +26,9 @@ MASTER = "http://127.0.0.1:11311"
 PORT = 7447
 ALONE = {"ROS_MASTER_URI": MASTER, "ROS_IP": "127.0.0.1"}
 """A process that only its own host reaches, by ROS."""
+
+NO_MASTER = {"ROS_MASTER_URI": "http://127.0.0.1:9"}
+"""A process that no ROS master answers."""
 
 GATEWAY, OPERATOR = "/hive_gateway", "laptop"
 """The operator's node, and whose certificate it has."""
@@ -195,6 +198,23 @@ class LiveSite(LiveHive):
                 self._more[name].kill()
                 self._more[name].wait()
         self.kill(self.node_on(host))
+
+    def hive(self, *words):
+        """Run `hive` as the operator does without a ROS master; return the finished process."""
+        return run_hive("--connect", str(self._fleet.path), *words, **NO_MASTER)
+
+    @contextlib.contextmanager
+    def hive_started(self, *words):
+        """Do the same without waiting for it; kill it at the end."""
+        words = [*HIVE, "--connect", str(self._fleet.path), *words]
+        pipe, environment = subprocess.PIPE, {**os.environ, **NO_MASTER}
+        with subprocess.Popen(
+            words, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, env=environment
+        ) as started:
+            try:
+                yield started
+            finally:
+                started.kill()
 
     def listening_on(self, host):
         """Return the addresses at which processes of a host listen, as `ADDRESS:PORT`."""

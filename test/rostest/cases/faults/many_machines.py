@@ -17,7 +17,9 @@ from live_site import GATEWAY, doers, is_local, post, site_on
 from nav_msgs.msg import Path
 from tf2_msgs.msg import TFMessage
 
+from blackboard.zenoh.access import Role
 from hive_lab.live.live_operator import make_task
+from hive_lab.runner.limits import PATIENCE
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
@@ -35,7 +37,10 @@ def network():
 @pytest.fixture(scope="session")
 def site(network, tmp_path_factory):
     """A hive whose members share no ROS master."""
-    with site_on(network, "many_machines", tmp_path_factory, robots=ROBOTS) as site:
+    strangers = {"eve": Role.VIEWER}
+    with site_on(
+        network, "many_machines", tmp_path_factory, strangers=strangers, robots=ROBOTS
+    ) as site:
         yield site
 
 
@@ -65,6 +70,46 @@ def test_the_operator_s_commands_reach_the_hive_through_the_gateway(operator):
         operator.demand(
             lambda state=state: operator.robots["robot4"].state == state, f"robot4 is {word}"
         )
+
+
+def test_the_operator_s_commands_need_neither_a_gateway_nor_a_ros_master(site, operator):
+    listed = site.hive("robots")
+    assert listed.returncode == 0, listed.stderr
+    assert all(robot in listed.stdout for robot in ROBOTS)
+
+    added = site.hive("add", "GA", "--goal", "3,1", "--id", "by-hand", "--wait")
+    assert (added.returncode, added.stdout) == (0, "by-hand\n"), added.stderr
+    assert doers(operator, ["by-hand"])
+    for word, state in (("out", RobotStatus.DEFECT), ("in", RobotStatus.IDLE)):
+        told = site.hive("robot", "robot4", word, "--yes")
+        assert told.returncode == 0, told.stderr
+        operator.demand(
+            lambda state=state: operator.robots["robot4"].state == state, f"robot4 is {word}"
+        )
+
+
+def test_a_viewer_s_commands_show_the_hive_and_change_nothing(site, operator):
+    eve = ("--certificates", str(site.certificates.folder_of("eve")))
+    listed = site.hive(*eve, "robots")
+    assert listed.returncode == 0, listed.stderr
+    assert all(robot in listed.stdout for robot in ROBOTS)
+
+    refused = site.hive(*eve, "add", "GA", "--goal", "3,1", "--id", "by-eve")
+
+    assert refused.returncode == 2
+    assert "eve has the certificate of a viewer" in refused.stderr
+    assert operator.record_of("by-eve") is None
+
+
+def test_a_command_follows_its_tasks_while_the_leader_s_host_is_killed(site, operator):
+    leader = operator.wait_until_whole()
+    with site.hive_started("load", "--at-once", "12", "--mix", "GA=1", "--wait") as command:
+        operator.demand(lambda: operator.updates, "the tasks are on the list")
+        site.kill_host(site.host_of(leader))
+        _, said = command.communicate(timeout=PATIENCE)
+
+    assert command.returncode == 0, said
+    site.start_host(site.host_of(leader))
 
 
 class Shown:

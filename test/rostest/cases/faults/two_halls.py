@@ -164,9 +164,15 @@ def test_the_operator_s_machine_reaches_the_hive_by_a_router_that_is_left(site, 
         site.kill(router_of(hall))
     site.kill(GATEWAY)
     site.start_gateway()  # waits for a router
+    alone = site.hive("tasks")
     site.start_router(SOUTH)
     operator.forget_answers()
 
     operator.wait_until_whole()
+    assert alone.returncode == 3
+    assert "no router answers" in alone.stderr
+    added = site.hive("add", "GA", "--goal", "3,1", "--id", "by-hand", "--wait")
+    assert added.returncode == 0, added.stderr
+    assert doers(operator, ["by-hand"])
     doers(operator, post(operator, "by-south", 4))
     site.start_router(NORTH)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import genpy
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Path
 
+from blackboard.codec.drive_kinds import KINDS, PLAN, POSE
 from blackboard.zenoh.link import serialized
 from hive_common.machine_clock import machine_time
 from hive_common.ros.names import plan_topic
@@ -26,13 +26,6 @@ if TYPE_CHECKING:
 
     from blackboard.ros.relay import Relay
     from hive_common.ros.names import RobotNames
-
-POSE, PLAN = "amcl_pose", "plan"
-"""Topics of a robot, between machines: its pose (geometry_msgs/PoseWithCovarianceStamped) and its
-planned path (nav_msgs/Path), which each robot's own ROS may call otherwise."""
-
-KINDS = {POSE: PoseWithCovarianceStamped, PLAN: Path}
-"""Their types."""
 
 MOST_POINTS = 200
 """Poses of a path that are told; a display shows no more of a building."""

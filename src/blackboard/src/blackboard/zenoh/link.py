@@ -28,8 +28,9 @@ from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable
+    from collections.abc import Callable, Collection, Iterable, Mapping
 
+    from blackboard.codec.tables import Wire
     from blackboard.process.link import Inbox
 
 _URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
@@ -57,6 +58,7 @@ class ZenohLink:
         is_member: Whether it is left out of what concerns other members only.
         address: Where others reach this session, as HOST:PORT; empty if nowhere.
         date: Returns the time that messages state [s].
+        wires: The messages of each topic.
 
     Attributes:
         name: That of this process.
@@ -73,6 +75,7 @@ class ZenohLink:
         is_member: bool = True,
         address: str = "",
         date: Callable[[], float] = time.time,
+        wires: Mapping[str, Wire] = WIRES,
     ) -> None:
         self.name = name
         self._session = session
@@ -80,6 +83,7 @@ class ZenohLink:
         self._namespace = namespace
         self._is_member = is_member
         self._date = date
+        self._wires = wires
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._last: dict[str, bytes] = {}
         self._presence = Presence(self._hosts)
@@ -99,7 +103,7 @@ class ZenohLink:
     def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
         """Send a value to all who listen, or to programs and those members that it concerns."""
         publisher = self._publishers[topic]
-        payload = serialized(WIRES[topic].to_msg(value, self._date()))
+        payload = serialized(self._wires[topic].to_msg(value, self._date()))
         # A leader also tells the status of robots that it no longer hears; they may be back.
         is_of_another = isinstance(value, RobotStatus) and value.robot_id != self.name
         if topic in _REPEATED and not is_of_another:
@@ -123,10 +127,23 @@ class ZenohLink:
 
     def publish_to_robot(self, robot: str, topic: str, value: object) -> None:
         """Send a value on a topic in the namespace of a robot."""
-        name = f"{robot}/{topic}"
+        payload = serialized(self._wires[topic].to_msg(value, self._date()))
+        self._publisher(f"{robot}/{topic}").put(payload)
+
+    def is_heard(self, name: str) -> bool:
+        """Return whether anybody listens to what this process says on a topic.
+
+        Args:
+            name: Of the topic, below the hive.
+        """
+        # Zenoh's type hints say that it is a bool, which it is not.
+        status: Any = self._publisher(name).matching_status
+        return bool(status.matching)
+
+    def _publisher(self, name: str) -> zenoh.Publisher:
         if name not in self._publishers:
             self._publishers[name] = self._advertise(name)
-        self._publishers[name].put(serialized(WIRES[topic].to_msg(value, self._date())))
+        return self._publishers[name]
 
     def _repeat(self, topic: str, token: Token) -> None:
         """Say what was said last, for someone who has begun to listen."""
@@ -145,7 +162,7 @@ class ZenohLink:
         if sample.kind == zenoh.SampleKind.PUT:
             said = str(sample.key_expr).removeprefix(key_of(self._hive, name, ""))
             sender = said.partition("/")[0]
-            read = partial(deserialized, WIRES[topic].message, sample.payload)
+            read = partial(deserialized, self._wires[topic].message, sample.payload)
             self._inbox.receive(Arrival(topic, name, sender, read))
 
     def why_refused(self, value: object, sender: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ipaddress
 import json
+import re
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,10 @@ _HANDSHAKE = 3000
 asks no other router meanwhile, and a session that is closed waits as long, so a process would take
 long to end while another one hangs."""
 
+
+_ADDRESS = re.compile(r"([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]):[0-9]{1,5}")
+
+_HIGHEST_PORT = 65_535
 
 _PRIORITIES = ("control", "interactive_high", "data")
 """What a session says has one of these priorities, in Zenoh's words."""
@@ -194,17 +199,30 @@ def _access(path: Path) -> dict[str, Any]:
 
 
 def _check_encrypted(endpoint: str) -> None:
-    if not endpoint.startswith("tls/"):
+    protocol, address = _parts(endpoint)
+    if protocol != "tls" or not is_address(address):
         raise SettingsError(f"endpoint {endpoint!r}; allowed with certificates: tls/HOST:PORT")
 
 
 def _check_bare(endpoint: str) -> None:
-    protocol, _, address = endpoint.partition("/")
-    if protocol != "tcp" or not is_loopback(address.rpartition(":")[0]):
+    protocol, address = _parts(endpoint)
+    is_ours = is_address(address) and is_loopback(address.rpartition(":")[0])
+    if protocol != "tcp" or not is_ours:
         raise SettingsError(
             f"endpoint {endpoint!r}; allowed without certificates: tcp/127.0.0.1:PORT. To reach "
             "other machines, make certificates with `hive certs`"
         )
+
+
+def _parts(endpoint: str) -> tuple[str, str]:
+    """Return an endpoint's protocol and address, without what Zenoh allows after these."""
+    protocol, _, rest = endpoint.partition("/")
+    return protocol, re.split("[?#]", rest, maxsplit=1)[0]
+
+
+def is_address(text: str) -> bool:
+    """Return whether a text is HOST:PORT, such as 192.168.1.11:7447; in brackets for IPv6."""
+    return _ADDRESS.fullmatch(text) is not None and int(text.rpartition(":")[2]) <= _HIGHEST_PORT
 
 
 def is_loopback(host: str) -> bool:

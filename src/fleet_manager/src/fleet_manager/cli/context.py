@@ -49,6 +49,10 @@ def _no_faults() -> FaultLink:
     raise InputError("faults are injected on ROS; run `hive fault`")
 
 
+def _nowhere_else(_ends: Sequence[str], _certificates: str) -> CliContext:
+    raise InputError("--connect is for a hive over Zenoh; run `hive`")
+
+
 @dataclass(frozen=True)
 class CliContext:
     """The ports that the command line is given.
@@ -59,11 +63,23 @@ class CliContext:
             where no ROS master answers.
         journals: Returns the default folder of that hive's journals.
         faults: Opens what injects faults into that hive.
+        elsewhere: Returns the context of a hive over Zenoh; see
+            `config.zenoh_operator.operator_site`.
     """
 
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]]
     journals: Callable[[], Path] = Path
     faults: Callable[[], FaultLink] = _no_faults
+    elsewhere: Callable[[Sequence[str], str], CliContext] = _nowhere_else
+
+
+def context_of(ctx: click.Context) -> CliContext | None:
+    """Return the ports of a command line, as its option --connect says; None where it has none."""
+    context = ctx.find_object(CliContext)
+    given = ctx.find_root().params
+    if context is not None and given.get("connect"):
+        return context.elsewhere(given["connect"], given["certificates"])
+    return context
 
 
 pass_context = click.make_pass_decorator(CliContext)
@@ -144,10 +160,11 @@ class _OfHive(click.ParamType):
         incomplete: str,
     ) -> list[CompletionItem]:
         """Return the names that begin with the typed text."""
-        context, names = ctx.find_object(CliContext), list[str]()
-        if context is not None:
-            with contextlib.suppress(HiveError), context.connect(()) as link:
-                names += self._ask(HiveClient(link))
+        names = list[str]()
+        with contextlib.suppress(HiveError):
+            if (context := context_of(ctx)) is not None:
+                with context.connect(()) as link:
+                    names += self._ask(HiveClient(link))
         return click.Choice(names).shell_complete(ctx, param, incomplete)
 
 

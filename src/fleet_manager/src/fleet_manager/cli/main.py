@@ -12,7 +12,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
+from fleet_manager.cli.context import context_of
 from fleet_manager.errors import FleetManagerError
 from hive_common.errors import HiveError
 
@@ -60,6 +62,12 @@ _MODULES = MappingProxyType(
 )
 """Which module of this package holds each command."""
 
+_OVER_ZENOH = frozenset(
+    {"add", "cancel", "run", "tasks", "robots", "robot", "watch", "events", "traffic", "zone"}
+    | {"load"}
+)
+"""Commands that need nothing but what the hive says on its topics."""
+
 _BUILT_IN = {"map"}
 """Commands whose functions are called otherwise, because Python has one of that name."""
 
@@ -68,8 +76,8 @@ _CTRL_C = 130
 
 _HELP = f"""Give tasks to a hive of robots and follow them.
 
-Talks to the hive whose ROS master is at ROS_MASTER_URI. Headings are in degrees,
-counter-clockwise.
+Talks to the hive whose ROS master is at ROS_MASTER_URI, or, with --connect, to a
+hive over Zenoh, without a ROS master. Headings are in degrees, counter-clockwise.
 
 \b
 Examples:
@@ -77,6 +85,7 @@ Examples:
   hive add GAB --goal 3,4 --goal 8,2 --priority 5 --payload 20
   hive watch
   hive why T7
+  hive --connect /etc/robo-hive/fleet.yaml tasks
 
 {EXIT_CODES}
 
@@ -102,8 +111,39 @@ class _Commands(click.Group):
 
 
 @click.group(cls=_Commands, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
-def hive() -> None:
+@click.option(
+    "--connect",
+    multiple=True,
+    metavar="WHERE",
+    envvar="HIVE_CONNECT",
+    help="A hive over Zenoh: its fleet file, or tls/HOST:PORT of each member or of a router.",
+)
+@click.option(
+    "--certificates",
+    default="",
+    metavar="DIR",
+    envvar="HIVE_CERTIFICATES",
+    help="With --connect: the folder of your certificate, if the fleet file does not say it.",
+)
+@click.pass_context
+def hive(ctx: click.Context, connect: Sequence[str], certificates: str) -> None:
     """Group the commands; the help text is `_HELP`."""
+    if not connect:
+        if certificates and _is_typed(ctx, "certificates"):
+            raise click.UsageError("--certificates needs --connect")
+        return
+    if ctx.invoked_subcommand in _OVER_ZENOH:
+        ctx.obj = context_of(ctx)
+    elif _is_typed(ctx, "connect"):
+        allowed = ", ".join(sorted(_OVER_ZENOH))
+        raise click.UsageError(
+            f"{ctx.invoked_subcommand} works on this machine; --connect is allowed with {allowed}"
+        )
+
+
+def _is_typed(ctx: click.Context, option: str) -> bool:
+    """Return whether an option was typed; one of the environment is for whom it concerns."""
+    return ctx.get_parameter_source(option) is ParameterSource.COMMANDLINE
 
 
 def run(

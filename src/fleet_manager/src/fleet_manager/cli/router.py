@@ -13,7 +13,7 @@ from blackboard.zenoh.router import running_router
 from blackboard.zenoh.session import CERTIFICATE
 from blackboard.zenoh.settings import ZenohSettings
 from fleet_manager.certs.issuing import read_issued
-from fleet_manager.config.fleet_file import mistakes_in_connections, read_fleet_and_mistakes
+from fleet_manager.config.fleet_file import read_connections
 from fleet_manager.config.zenoh_launch import connection_of
 from fleet_manager.errors import InputError
 from hive_common.structuring import structure
@@ -40,7 +40,7 @@ def router(name: str, fleet: str) -> None:
     Example:
       hive router hall_a --fleet /etc/robo-hive/fleet.yaml
     """  # noqa: D301  (to click, \b means: keep the lines)
-    settings = _settings(_read(fleet), name)
+    settings = _settings(read_connections(fleet), name)
     with running_router(settings, click.echo):
         where = ", ".join(settings.listen)
         click.echo(f"{name} is a router and listens at {where}")
@@ -50,20 +50,6 @@ def router(name: str, fleet: str) -> None:
 def wait_for_signal() -> None:
     """Wait until a signal ends this process."""
     threading.Event().wait()
-
-
-def _read(name: str) -> Fleet:
-    """Read a fleet file, of which only the connections matter: no robot's model has to be here.
-
-    Raises:
-        FileError: There is no such fleet, or a router cannot run with it.
-    """
-    fleet, mistakes = read_fleet_and_mistakes(name)
-    if fleet is None:
-        raise mistakes[0]
-    for mistake in mistakes_in_connections(fleet):
-        raise mistake
-    return fleet
 
 
 def _settings(fleet: Fleet, name: str) -> ZenohSettings:

@@ -24,6 +24,7 @@ from fleet_manager.client.formats import member, natural
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import SILENCE, Standing
 from fleet_manager.client.task_ids import next_task_id
+from fleet_manager.client.topics import TRAFFIC_STATE
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
 
@@ -55,9 +56,6 @@ LISTED_WITHIN = 0.5
 STATUS_PERIOD = 1.5
 """A robot that the hive does not name yet reports within this time [s]: statuses come at 1 Hz, by
 the robot's own clock."""
-
-TRAFFIC_STATE = "traffic_state"
-"""The topic on which the traffic planner tells who waits, once a second."""
 
 CLOCK_WITHIN = 6.0
 """Time in which a simulator tells its time [s, wall], if there is one."""

@@ -254,6 +254,21 @@ def mistakes_in_connections(fleet: Fleet) -> Iterator[FileError]:
         yield error_at(fleet.path, keys, problem)
 
 
+def read_connections(name: str) -> Fleet:
+    """Read a fleet file of which only the connections matter: no robot's model has to be here.
+
+    Raises:
+        hive_common.errors.FileError: There is no such fleet, its file is none, or members cannot
+            reach each other as it says.
+    """
+    fleet, mistakes = read_fleet_and_mistakes(name)
+    if fleet is None:
+        raise mistakes[0]
+    for mistake in mistakes_in_connections(fleet):
+        raise mistake
+    return fleet
+
+
 def mistakes_over_zenoh(fleet: Fleet) -> Iterator[FileError]:
     """Yield what makes a process speak for several robots, which it cannot over Zenoh."""
     if fleet.processes == "shared":

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import attrs
 
-from blackboard.zenoh.session import is_loopback
+from blackboard.zenoh.session import is_address, is_loopback
 from hive_common.structuring import Allowed
 
 BLACKBOARD = "blackboard"
@@ -26,12 +26,7 @@ ROS_NAME = Allowed(
 Mistake = tuple[tuple[str | int, ...], str]
 """Where a mistake is in the fleet file, and what is wrong."""
 
-_ADDRESS = Allowed(
-    "HOST:PORT, such as 192.168.1.11:7447",
-    lambda value: (
-        re.fullmatch(r"([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]):[0-9]{1,5}", value) is not None
-    ),
-)
+_ADDRESS = Allowed("HOST:PORT, such as 192.168.1.11:7447", is_address)
 
 
 @attrs.frozen(kw_only=True)

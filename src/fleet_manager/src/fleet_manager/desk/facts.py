@@ -73,22 +73,27 @@ class RobotPose:
 
 
 class LinkState(Enum):
-    """The state of the connection to the ROS master."""
+    """The state of the connection to the hive: to its ROS master, or over Zenoh."""
 
     SEARCHING = "searching"
-    """No master has answered yet."""
+    """Nobody has answered yet."""
     UP = "up"
     """Connected."""
     LOST = "lost"
-    """It no longer answers; existing connections go on without it."""
+    """Nobody answers any more. Over ROS, existing connections go on without the master."""
+
+
+ROS_MASTER = "ROS master"
+"""What a link connects to on ROS."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """The ROS master at an address came or went."""
+    """What a link connects to came or went."""
 
     state: LinkState
-    master: str
+    address: str
+    what: str = ROS_MASTER
 
 
 @dataclass(frozen=True, slots=True)

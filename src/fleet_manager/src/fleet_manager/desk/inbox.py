@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The queue of facts between the threads of ROS and the windows."""
+"""The queue of facts between the threads of a link and the windows."""
 
 from __future__ import annotations
 
 import itertools
 from collections import OrderedDict
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from fleet_manager.desk.facts import Fact
 
 MAX_FACTS = 20_000  # more would be useless by the time they are read
+
+
+class FactSink(Protocol):
+    """Takes in facts from a link's threads; see `Inbox.put`."""
+
+    def __call__(self, fact: Fact, supersedes: Hashable = None, /) -> None:
+        """Take in a fact, which replaces an older one of the same name."""
 
 
 class Inbox:

@@ -13,7 +13,7 @@ from fleet_manager.client.attention import needs
 from fleet_manager.client.formats import duration, member
 from fleet_manager.client.leadership import Standing
 from fleet_manager.client.words import Severity
-from fleet_manager.desk.facts import LinkState
+from fleet_manager.desk.facts import ROS_MASTER, LinkState
 from fleet_manager.gui.look import SEVERITY_SIGNS, Tone, color
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def banner_text(desk: Desk) -> str:
 def _standing_text(desk: Desk) -> str:
     link, beat, standing = desk.link_change, desk.hive.heartbeat, desk.standing
     if beat is None and link.state is not LinkState.UP:
-        return f"⚠ No ROS master at {link.master}. Start the hive; this window connects."
+        return f"⚠ No {link.what} at {link.address}. Start the hive; this window connects."
     if beat is None:
         return "⚠ No leader: nobody accepts or assigns tasks."
     leader, backup = member(beat.leader), member(beat.backup)
@@ -43,7 +43,8 @@ def _standing_text(desk: Desk) -> str:
     else:
         line = f"● Leader: {leader}   Backup: {backup or 'none'}   Epoch {beat.epoch}"
     if link.state is LinkState.LOST:
-        line += f"   ⚠ The ROS master at {link.master} does not answer; running nodes go on."
+        then = "running nodes go on" if link.what == ROS_MASTER else "this window connects again"
+        line += f"   ⚠ The {link.what} at {link.address} does not answer; {then}."
     return line
 
 

@@ -86,7 +86,7 @@ class Desk(QObject):
         self.zones: tuple[Zone, ...] = ()  # in which the traffic planner limits robots
         self.paths: dict[str, PlannedPath] = {}  # by robot
         self.poses: dict[str, Pose] = {}  # by robot [map frame], newer than in its reports
-        self.link_change = LinkChange(LinkState.SEARCHING, "")  # the link to the ROS master
+        self.link_change = LinkChange(LinkState.SEARCHING, "")  # the link to the hive
         self.troubles: tuple[str, ...] = ()  # what members and nodes say is wrong
         self._link = link
         self._name = secrets.token_hex(8)  # as the poster of tasks
@@ -232,9 +232,9 @@ class Desk(QObject):
     def _take_link_change(self, change: LinkChange) -> None:
         self.link_change = change
         if change.state is LinkState.UP:
-            self.hive.note(Event(f"connected to the ROS master at {change.master}"))
+            self.hive.note(Event(f"connected to the {change.what} at {change.address}"))
         elif change.state is LinkState.LOST:
-            text = f"the ROS master at {change.master} does not answer"
+            text = f"the {change.what} at {change.address} does not answer"
             self.hive.note(Event(text, Severity.WARNING))
         self._tell_standing()
 

@@ -19,10 +19,13 @@ from fleet_manager.gui.benchmarks.window import Benchmarks
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
+from hive_common.errors import HiveError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import TracebackType
+
+    from fleet_manager.desk.facts import DeskLink
 
 SWITCH_INTERVAL = 0.0005  # [s]
 _LOOK_EVERY = 200  # time between two looks for signals [ms]
@@ -31,8 +34,9 @@ COLLECT_AFTER = (10_000, 20, 20)  # thresholds of the three generations, see gc.
 
 def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     """Run a node with one window until it is closed, then leave the process."""
-    application = _application(name)
-    desk = Desk(RosDeskLink(name, sys.argv, shows_map=entry and view))
+    arguments = _parse(name, rospy.myargv()[1:])
+    application = _application(name, arguments.qt)
+    desk = Desk(_link(name, arguments, shows_map=entry and view))
     window = FleetWindow(desk, _settings(), entry=entry, view=view)
     desk.start()
     window.show()
@@ -44,7 +48,8 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
 
 def show_benchmarks() -> None:
     """Run the window in which ways to decide are compared until it is closed."""
-    application = _application("benchmarks")
+    arguments = _parser("benchmarks", "Compares ways to decide.").parse_args(rospy.myargv()[1:])
+    application = _application("benchmarks", arguments.qt)
     window = Benchmarks(Path("results").resolve(), _settings())
     window.resize(1280, 800)
     window.show()
@@ -57,10 +62,18 @@ def show_benchmarks() -> None:
     sys.exit(code)
 
 
-def _application(name: str) -> QApplication:
+def _link(name: str, arguments: argparse.Namespace, *, shows_map: bool) -> DeskLink:
+    """Return the link to the hive that the arguments name."""
+    if arguments.site is None:
+        return RosDeskLink(name, sys.argv, shows_map=shows_map)
+    from fleet_manager.zenoh.desk_link import ZenohDeskLink  # noqa: PLC0415  (see `_parse`)
+
+    return ZenohDeskLink(arguments.site, arguments.map, shows_map=shows_map)
+
+
+def _application(name: str, qt: Sequence[str]) -> QApplication:
     """Return the application, with a window's ways to treat signals and exceptions."""
-    arguments = _parse(name, rospy.myargv()[1:])
-    application = QApplication([name, *arguments.qt])
+    application = QApplication([name, *qt])
     application.setApplicationName(name)
     signal.signal(signal.SIGINT, lambda *_: application.quit())
     signal.signal(signal.SIGTERM, lambda *_: application.quit())
@@ -101,9 +114,42 @@ def keep_responsive() -> None:
 
 
 def _parse(name: str, argv: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog=name,
-        description="A window on a hive, whose ROS master ROS_MASTER_URI names.",
+    """Return the arguments of a window on a hive; end the program where they cannot be used."""
+    parser = _parser(
+        name,
+        "A window on a hive, whose ROS master ROS_MASTER_URI names. With --connect it shows a "
+        "hive over Zenoh, and needs no ROS master.",
     )
+    parser.add_argument(
+        "--connect",
+        action="append",
+        default=[],
+        metavar="WHERE",
+        help="a hive over Zenoh: its fleet file, or tls/HOST:PORT of each member or of a router",
+    )
+    parser.add_argument(
+        "--certificates",
+        default="",
+        metavar="DIR",
+        help="with --connect: the folder of your certificate, if the fleet file does not say it",
+    )
+    parser.add_argument(
+        "--map", default="", help="with --connect: the map to show: a name in maps/ or a path"
+    )
+    arguments = parser.parse_args(argv)
+    try:
+        arguments.site = None
+        if arguments.connect:
+            # Otherwise Zenoh need not be loaded.
+            from fleet_manager.config.zenoh_operator import operator_site  # noqa: PLC0415
+
+            arguments.site = operator_site(arguments.connect, arguments.certificates)
+    except HiveError as error:
+        parser.error(str(error))
+    return arguments
+
+
+def _parser(name: str, description: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument("qt", nargs="*", help="arguments for Qt, after --")
-    return parser.parse_args(argv)
+    return parser

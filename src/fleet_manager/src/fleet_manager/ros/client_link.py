@@ -19,9 +19,10 @@ from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.errors import BlackboardError
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, HiveMessage, TruePlace
+from fleet_manager.client.topics import STATE
 from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
 from fleet_manager.errors import NoHiveError
-from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
+from fleet_manager.ros.hive_topics import QUEUE_SIZE, HiveTopics
 from fleet_manager.ros.map_service import change_map
 from fleet_manager.ros.place_parameter import hive_places
 from fleet_manager.ros.troubles import Troubles

@@ -41,6 +41,21 @@ def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
     return client_link.connect(record)
 
 
+def elsewhere(ends: Sequence[str], certificates: str) -> CliContext:
+    """Return the context of a hive over Zenoh, for which rospy is not needed."""
+    from fleet_manager.config.zenoh_operator import operator_site  # noqa: PLC0415  (few need it)
+
+    site = operator_site(ends, certificates)
+
+    def open_link(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
+        _import_genpy()
+        from fleet_manager.zenoh import client_link  # noqa: PLC0415  (see above)
+
+        return client_link.connect(site, record)
+
+    return CliContext(open_link)
+
+
 def _import_genpy() -> None:
     """Import genpy without numpy, of whose numbers it then does not know; no message here has any.
 
@@ -91,7 +106,7 @@ def main(command: click.Command = hive) -> None:
     # roslaunch adds words such as `__name:=...` to those of a program; `hive router` can be one.
     words = [word for word in sys.argv[1:] if not re.match(r"__[a-z]+:=", word)]
     try:
-        code = run(CliContext(connect, journals, faults), words, command)
+        code = run(CliContext(connect, journals, faults, elsewhere), words, command)
     except SystemExit as end:  # a signal, or tab completion
         code = end.code if isinstance(end.code, int) else 0
     with contextlib.suppress(OSError, ValueError):  # nobody reads on, or the file is closed

@@ -9,41 +9,27 @@ from __future__ import annotations
 import time
 from functools import partial
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import rosgraph.names
 import rospy
 
-from blackboard.codec.tables import WIRES
 from blackboard.domain import talker as topics
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from fleet_manager.client.client import TRAFFIC_STATE
 from fleet_manager.client.reports import HiveMessage
+from fleet_manager.client.topics import AUCTIONS, CHANGES, ZONE_COMMAND, superseded
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.desk.facts import CancelTask, PostTask
-from fleet_manager.ros.traffic_messages import TRAFFIC_WIRES
+from fleet_manager.ros.operator_wires import OPERATOR_WIRES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
-    from blackboard.codec.tables import Wire
-    from fleet_manager.desk.facts import Fact, Request
+    from fleet_manager.desk.facts import Request
+    from fleet_manager.desk.inbox import FactSink
 
 QUEUE_SIZE = 1000
-_ZONE_COMMAND = "zone_command"
-_CHANGES = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP, TRAFFIC_STATE)
-STATE = (*_CHANGES, topics.SYNC)
-"""The topics that tell the hive's state."""
-
 _SOON = 1.0  # [s] in which everyone who listens has connected to a new publisher
-_AUCTIONS = (topics.NEW_TASK, topics.TASK_COST)
-
-
-class FactSink(Protocol):
-    """Takes in facts from ROS's threads; see `desk.inbox.Inbox.put`."""
-
-    def __call__(self, fact: Fact, supersedes: Hashable = None, /) -> None:
-        """Take in a fact, which replaces an older one of the same name."""
 
 
 class HiveTopics:
@@ -80,7 +66,7 @@ class HiveTopics:
 
     def listen_to_all(self) -> None:
         """Follow everything that the hive says; task lists wait for `read_list`."""
-        self.listen((*_CHANGES, *_AUCTIONS))
+        self.listen((*CHANGES, *AUCTIONS))
         rospy.Subscriber(topics.SYNC, rospy.AnyMsg, self._hear_list, queue_size=1)
 
     def listen(self, names: Iterable[str]) -> None:
@@ -89,7 +75,7 @@ class HiveTopics:
             if topic in self._followed:
                 continue
             self._followed.add(topic)
-            message = _wire(topic).message
+            message = OPERATOR_WIRES[topic].message
             rospy.Subscriber(topic, message, partial(self._hear, topic), queue_size=QUEUE_SIZE)
 
     def read_list(self) -> None:
@@ -101,7 +87,7 @@ class HiveTopics:
         """
         raw, self._raw_list = self._raw_list, None
         if raw is not None:
-            msg = WIRES[topics.SYNC].message()
+            msg = OPERATOR_WIRES[topics.SYNC].message()
             self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
 
     def advertise(self) -> None:
@@ -123,31 +109,31 @@ class HiveTopics:
         elif isinstance(request, CancelTask):
             self._publish(topics.TASK_CANCEL, topics.TASK_CANCEL, request.task_id)
         elif isinstance(request, ZoneCommand):
-            self._publish(_ZONE_COMMAND, _ZONE_COMMAND, request)
+            self._publish(ZONE_COMMAND, ZONE_COMMAND, request)
         else:
             name = f"{request.robot}/{topics.SET_STATE}"
             self._publish(name, topics.SET_STATE, request.word)
 
     def _advertise(self, name: str, topic: str) -> None:
         late = self._late[name] = LateSubscribers()
-        message = _wire(topic).message
+        message = OPERATOR_WIRES[topic].message
         self._publishers[name] = rospy.Publisher(name, message, late, queue_size=QUEUE_SIZE)
 
     def _publish(self, name: str, topic: str, value: object) -> None:
         if name == topic and name not in self._publishers:
             self._advertise(name, topic)
         if name in self._publishers:
-            msg = _wire(topic).to_msg(value, rospy.get_time())
+            msg = OPERATOR_WIRES[topic].to_msg(value, rospy.get_time())
             self._late[name].publish(self._publishers[name].publish, msg)
 
     def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:
-            report = _wire(topic).from_msg(msg)
+            report = OPERATOR_WIRES[topic].from_msg(msg)
         except ValueError as error:
             rospy.logerr_throttle_identical(10, f"a message on {topic} was refused: {error}")
             return
         message = HiveMessage(report, msg.header.stamp.to_sec())
-        self._put(message, _superseded(topic, report))
+        self._put(message, superseded(topic, report))
         if isinstance(report, RobotStatus):
             self._note_robot(report, msg._connection_header)  # noqa: SLF001  (rospy has no other way)
 
@@ -162,18 +148,6 @@ class HiveTopics:
 
     def _hear_list(self, raw: rospy.AnyMsg) -> None:
         self._raw_list = raw
-
-
-def _wire(topic: str) -> Wire:
-    """Return the messages of a topic."""
-    return WIRES[topic] if topic in WIRES else TRAFFIC_WIRES[topic]
-
-
-def _superseded(topic: str, report: object) -> Hashable:
-    """Return the name under which a newer report replaces an older one; None where all count."""
-    if isinstance(report, RobotStatus):
-        return topic, report.robot_id
-    return topic if topic in {topics.SYNC, topics.BACKUP, TRAFFIC_STATE} else None
 
 
 class LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed

@@ -7,7 +7,7 @@ The command line needs none of their messages, so they are kept out of `hive_top
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import rosgraph.names
 import rospy
@@ -16,14 +16,15 @@ from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
 from fleet_manager.desk.chart import levels_of
-from fleet_manager.desk.facts import Clicked, MapKnown, PlannedPath, RobotPose
+from fleet_manager.desk.facts import Clicked, MapKnown
+from fleet_manager.ros.drive_facts import path_fact, pose_fact
 from hive_common.errors import MapError
 from hive_common.pose import Pose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg
 from hive_common.ros.names import RobotNames, plan_topic
 
 if TYPE_CHECKING:
-    from fleet_manager.ros.hive_topics import FactSink
+    from fleet_manager.desk.inbox import FactSink
 
 
 class MapTopics:
@@ -62,7 +63,11 @@ class MapTopics:
         self._put(Clicked(pose, msg.header.frame_id, has_heading=False))
 
     def _hear_goal(self, msg: PoseStamped) -> None:
-        if (pose := _pose(msg.pose)) is not None:
+        try:
+            pose = pose_from_msg(msg.pose)
+        except ValueError as error:
+            _warn_of_pose(error)
+        else:
             self._put(Clicked(pose, msg.header.frame_id, has_heading=True))
 
     def _hear_map(self, msg: OccupancyGrid) -> None:
@@ -74,18 +79,14 @@ class MapTopics:
         self._put(MapKnown(levels), "map")
 
     def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
-        if (pose := _pose(msg.pose.pose)) is not None:
-            self._put(RobotPose(robot, pose), ("pose", robot))
+        try:
+            self._put(pose_fact(robot, msg), ("pose", robot))
+        except ValueError as error:
+            _warn_of_pose(error)
 
     def _hear_path(self, robot: str, msg: Path) -> None:
-        points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)
-        self._put(PlannedPath(robot, points), ("path", robot))
+        self._put(path_fact(robot, msg), ("path", robot))
 
 
-def _pose(msg: Any) -> Pose | None:  # noqa: ANN401  (geometry_msgs/Pose)
-    """Return a pose, or None, with a warning, where it is none."""
-    try:
-        return pose_from_msg(msg)
-    except ValueError as error:
-        rospy.logwarn_throttle_identical(10, f"a pose is ignored: {error}")
-        return None
+def _warn_of_pose(error: ValueError) -> None:
+    rospy.logwarn_throttle_identical(10, f"a pose is ignored: {error}")

@@ -10,7 +10,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 
-from blackboard.ros.drives import KINDS, PLAN, POSE
+from blackboard.codec.drive_kinds import KINDS, PLAN, POSE
 from hive_common.errors import ParameterError
 from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.names import RobotNames, plan_topic

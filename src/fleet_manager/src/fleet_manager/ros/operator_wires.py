@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The messages between operators and the traffic planner, as `blackboard.codec` has others."""
+"""The messages of operators' programs: the hive's, and those of the traffic planner."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 import robot_description.msg as messages
 
-from blackboard.codec.tables import Wire
-from fleet_manager.client.client import TRAFFIC_STATE
+from blackboard.codec.tables import WIRES, Wire
+from fleet_manager.client.topics import TRAFFIC_STATE, ZONE_COMMAND
 from fleet_manager.client.traffic import Lock, RobotWait, SlowPlace, TrafficState, ZoneCommand
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-ZONE_COMMAND = "zone_command"
 
 
 def state_from_msg(msg: messages.TrafficState) -> TrafficState:
@@ -55,12 +53,13 @@ def command_to_msg(command: ZoneCommand) -> messages.ZoneCommand:
     return messages.ZoneCommand(command.zone, command.closed)
 
 
-TRAFFIC_WIRES: Mapping[str, Wire] = MappingProxyType(
+OPERATOR_WIRES: Mapping[str, Wire] = MappingProxyType(
     {
+        **WIRES,
         TRAFFIC_STATE: Wire(
             messages.TrafficState, lambda state: state, state_from_msg, latched=True
         ),
         ZONE_COMMAND: Wire(messages.ZoneCommand, command_to_msg, lambda msg: msg),
     }
 )
-"""The messages of each topic."""
+"""The messages of each topic that operators' programs use."""
