@@ -9,6 +9,7 @@ setup(
             "fleet_manager.certs",
             "fleet_manager.cli",
             "fleet_manager.client",
+            "fleet_manager.codec",
             "fleet_manager.config",
             "fleet_manager.demo",
             "fleet_manager.desk",

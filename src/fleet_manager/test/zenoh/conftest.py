@@ -25,8 +25,8 @@ from blackboard.zenoh.link import ZenohLink, serialized
 from blackboard.zenoh.opening import open_session
 from blackboard.zenoh.session import Endpoints, session_config
 from fleet_manager.client.topics import ZONE_COMMAND
+from fleet_manager.codec.operator_wires import OPERATOR_WIRES
 from fleet_manager.config.zenoh_operator import operator_site
-from fleet_manager.ros.operator_wires import OPERATOR_WIRES
 from fleet_manager.zenoh.hive_topics import joined
 
 WITHIN = 20.0  # a busy machine needs no longer [s]

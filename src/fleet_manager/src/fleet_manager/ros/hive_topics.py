@@ -19,8 +19,8 @@ from blackboard.domain.characteristics import RobotState, RobotStatus
 from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.topics import AUCTIONS, CHANGES, ZONE_COMMAND, superseded
 from fleet_manager.client.traffic import ZoneCommand
+from fleet_manager.codec.operator_wires import OPERATOR_WIRES
 from fleet_manager.desk.facts import CancelTask, PostTask
-from fleet_manager.ros.operator_wires import OPERATOR_WIRES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping

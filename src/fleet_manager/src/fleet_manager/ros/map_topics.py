@@ -15,9 +15,9 @@ from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamp
 from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
+from fleet_manager.codec.drive_facts import path_fact, pose_fact
 from fleet_manager.desk.chart import levels_of
 from fleet_manager.desk.facts import Clicked, MapKnown
-from fleet_manager.ros.drive_facts import path_fact, pose_fact
 from hive_common.errors import MapError
 from hive_common.pose import Pose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg

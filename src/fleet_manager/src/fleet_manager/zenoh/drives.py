@@ -13,7 +13,7 @@ from blackboard.board.refusals import Refusals
 from blackboard.codec.drive_kinds import KINDS, PLAN, POSE
 from blackboard.zenoh.access import PART, key_of
 from blackboard.zenoh.link import deserialized
-from fleet_manager.ros.drive_facts import path_fact, pose_fact
+from fleet_manager.codec.drive_facts import path_fact, pose_fact
 
 if TYPE_CHECKING:
     from collections.abc import Callable
