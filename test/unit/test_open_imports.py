@@ -53,9 +53,6 @@ EXCEPTIONS = {
         ("fleet_manager.config.zenoh_operator", "fleet_manager.zenoh.desk_link"),
         "Zenoh's engine, 10 MB, for windows with --connect",
     ),
-    "fleet_manager.zenoh.role": {
-        "fleet_manager.certs.issuing": "cryptography, which takes 0.1 s, before the first request",
-    },
     "hive_lab.bench.registry": {
         "hive_lab.": "a benchmark's module, by its word: some need ROS, Qt or OMPL, and the list "
         "of benchmarks needs none",

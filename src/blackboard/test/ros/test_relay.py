@@ -29,15 +29,6 @@ RELAY = "/a/robot"
 """The node of machine a's relay."""
 
 
-class FromRos(rospy.AnyMsg):
-    """A message as ROS hands it over, with what its connection says."""
-
-    def __init__(self, payload, header):
-        super().__init__()
-        self.deserialize(payload)
-        self._connection_header = header
-
-
 class FakeRos:
     """The publishers and subscribers of both machines, by topic."""
 
@@ -51,13 +42,14 @@ class FakeRos:
         return Publisher(self.published[name])
 
     def subscribe(self, name, kind, hear, **_):
-        assert kind is rospy.AnyMsg
-        self.subscribers[name] = hear
+        self.subscribers[name] = kind, hear
 
     def say(self, name, message, caller="/move_base", **header):
-        """Have a node publish a message; a message may also be its bytes."""
-        payload = message if isinstance(message, bytes) else serialized(message)
-        self.subscribers[name](FromRos(payload, {"callerid": caller, **header}))
+        """Have a node publish a message, which ROS hands over with what its connection says."""
+        kind, hear = self.subscribers[name]
+        heard = kind().deserialize(serialized(message))
+        object.__setattr__(heard, "_connection_header", {"callerid": caller, **header})
+        hear(heard)
 
     def next(self, name):
         """Return the next message that a relay publishes on a topic."""
@@ -116,7 +108,7 @@ def out(machines):
     for topic, kind in (("traffic", Traffic), ("traffic_state", TrafficState)):
         b.relay.bring_in(topic, kind)
         a.relay.bring_in(topic, kind)
-        a.relay.take_out(topic)
+        a.relay.take_out(topic, kind)
         a.until_heard(topic)
         b.until_heard(topic)
     return a, b
@@ -143,7 +135,7 @@ def test_it_speaks_in_the_name_of_its_own_process_to_others_only(ros, machines):
     heard, own = queue.Queue(), queue.Queue()
     for machine, found in ((a, own), (b, heard)):
         machine.session.declare_subscriber("hive/lab/**", Callback(found.put, indirect=False))
-    a.relay.take_out("traffic")
+    a.relay.take_out("traffic", Traffic)
     a.until_heard("traffic")
     ros.say("/a/traffic", Traffic(name="robot7"))
 
@@ -156,6 +148,13 @@ def test_its_publishers_have_the_topics_type_and_tell_that_they_are_a_relays(ros
     assert ros.kinds["/b/traffic"] is Traffic
     assert ros.kinds["/b/traffic_state"] is TrafficState
     assert all(RELAYED in header for header in ros.headers.values())
+
+
+@pytest.mark.usefixtures("out")
+def test_it_hears_topics_in_their_type_because_a_process_gets_each_in_one(ros):
+    kinds = {name: kind for name, (kind, _) in ros.subscribers.items()}
+
+    assert kinds == {"/a/traffic": Traffic, "/a/traffic_state": TrafficState}
 
 
 @pytest.mark.usefixtures("out")
@@ -195,8 +194,8 @@ def test_a_relay_does_not_bring_in_what_it_takes_out_itself(ros, out):
 
 @pytest.mark.parametrize("payload", [b"", b"\xff" * 40, b"\x00" * 19])
 def test_bytes_that_are_no_message_are_refused_with_their_topic_and_a_reason(ros, out, payload):
-    _, b = out
-    ros.say("/a/traffic", payload)
+    a, b = out
+    a.session.put("hive/lab/traffic/robot1", payload)
     topic, reason = b.refused.get(timeout=WITHIN)
     ros.say("/a/traffic", Traffic(name="robot1"))
 
@@ -238,7 +237,7 @@ def test_nothing_is_published_once_the_node_is_shut_down(ros):
 def test_messages_without_a_header_are_carried_too(ros, machines):
     a, b = machines
     b.relay.bring_in("zone_command", ZoneCommand)
-    a.relay.take_out("zone_command")
+    a.relay.take_out("zone_command", ZoneCommand)
     a.until_heard("zone_command")
     ros.say("/a/zone_command", ZoneCommand("door", True), caller="/operator")
 
@@ -278,7 +277,7 @@ def test_hives_of_other_names_hear_nothing(ros, machines):
     hall = Relay(b.session, Own("hall", "robot2"), "/hall/", lambda *_: None)
     hall.bring_in("traffic", Traffic)
     b.relay.bring_in("traffic", Traffic)
-    a.relay.take_out("traffic")
+    a.relay.take_out("traffic", Traffic)
     a.until_heard("traffic")
     ros.say("/a/traffic", Traffic(name="robot1"))
 

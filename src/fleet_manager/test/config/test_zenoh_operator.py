@@ -117,6 +117,23 @@ def test_what_cannot_be_used_is_named_with_what_is_allowed(write, ends, head, er
         operator_site(ends or [write(head)])
 
 
+@pytest.mark.parametrize(
+    ("role", "said"), [(Role.OPERATOR, ""), (Role.VIEWER, "eve has a viewer's certificate, and")]
+)
+def test_only_an_operators_certificate_may_ask_for_anything(tmp_path, role, said):
+    certificates = Site.new(tmp_path / "hall")
+    certificates.add("eve", role)
+    site = operator_site(["tls/10.0.0.1:7447"], str(certificates.folder_of("eve")))
+
+    assert site.why_silent.startswith(said)
+    assert bool(site.why_silent) is bool(said)
+
+
+def test_nobody_connects_as_a_member_which_has_a_process_of_its_own(certificates):
+    with pytest.raises(InputError, match="certificate of a robot; allowed: that of an operator"):
+        operator_site(["tls/10.0.0.1:7447"], str(certificates / "amy"))
+
+
 @pytest.mark.parametrize("name", ["carl", ""])
 def test_a_folder_without_a_certificate_is_named(write, certificates, name):
     fleet = write(with_members(certificates))

@@ -91,6 +91,14 @@ def test_a_link_that_nothing_answers_says_where_it_looked(link):
     assert link.troubles() == ()
 
 
+@pytest.mark.usefixtures("leader")
+def test_a_link_to_members_that_do_not_lead_says_that_all_have_to_be_named(site):
+    with connect(site) as link:
+        (trouble,) = link.troubles()
+
+    assert "no leader is heard there" in trouble
+
+
 def test_without_a_router_there_is_no_hive():
     site = OperatorSite(settings=ZenohSettings(connect=("tcp/127.0.0.1:9",), mode="client"))
 
@@ -125,5 +133,5 @@ def test_only_an_operator_may_ask_for_anything(session, tmp_path):
     )
 
     anna.cancel("T1")
-    with pytest.raises(InputError, match="eve has the certificate of a viewer"):
+    with pytest.raises(InputError, match="eve has a viewer's certificate"):
         eve.cancel("T1")

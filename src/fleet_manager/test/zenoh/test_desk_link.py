@@ -184,7 +184,7 @@ def test_a_viewers_window_says_that_it_only_listens(show, tmp_path):
     certificates.add("eve", Role.VIEWER)
     site = operator_site(["tls/127.0.0.1:9"], str(certificates.folder_of("eve")))
 
-    assert "eve has the certificate of a viewer" in show(site).until(TroublesRead).texts[0]
+    assert "eve has a viewer's certificate" in show(site).until(TroublesRead).texts[0]
 
 
 def test_a_window_waits_for_its_router(show, site, leader):

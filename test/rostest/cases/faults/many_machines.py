@@ -97,7 +97,7 @@ def test_a_viewer_s_commands_show_the_hive_and_change_nothing(site, operator):
     refused = site.hive(*eve, "add", "GA", "--goal", "3,1", "--id", "by-eve")
 
     assert refused.returncode == 2
-    assert "eve has the certificate of a viewer" in refused.stderr
+    assert "eve has a viewer's certificate" in refused.stderr
     assert operator.record_of("by-eve") is None
 
 

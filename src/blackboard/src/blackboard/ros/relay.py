@@ -114,11 +114,15 @@ class Relay:
         except (ValueError, genpy.DeserializationError) as error:
             self._refuse(topic, str(error))
 
-    def take_out(self, topic: str) -> None:
-        """Say to others what this machine says on a topic."""
+    def take_out(self, topic: str, kind: type[genpy.Message]) -> None:
+        """Say to others what this machine says on a topic, in messages of a type.
+
+        A process gets each topic in one type, so the bytes alone, as AnyMsg, would keep the rest
+        of this process from hearing the topic.
+        """
         hear = partial(self._take_out, self.advertise(topic))
         rospy.Subscriber(
-            self._namespace + topic, rospy.AnyMsg, hear, queue_size=_QUEUE_SIZE, tcp_nodelay=True
+            self._namespace + topic, kind, hear, queue_size=_QUEUE_SIZE, tcp_nodelay=True
         )
 
     def advertise(self, topic: str, *, for_display: bool = False) -> zenoh.Publisher:
@@ -140,9 +144,9 @@ class Relay:
         self._kept.append(publisher)
         return publisher
 
-    def _take_out(self, publisher: zenoh.Publisher, msg: rospy.AnyMsg) -> None:
+    def _take_out(self, publisher: zenoh.Publisher, msg: Any) -> None:  # noqa: ANN401  (of a type)
         header = msg._connection_header  # noqa: SLF001  (rospy has no other way)
-        payload = msg._buff  # noqa: SLF001  (AnyMsg's only field)
+        payload = serialized(msg)
         # This process may have a publisher of its own on the topic, which rospy does not tell
         # from the relay's.
         is_own = header.get("callerid") == rospy.get_name()

@@ -78,7 +78,7 @@ def make_talker(
     for topic, kind in TRAFFIC_KINDS.items():
         relay.bring_in(topic, kind)
         if topic in said:
-            relay.take_out(topic)
+            relay.take_out(topic, kind)
     return talker
 
 

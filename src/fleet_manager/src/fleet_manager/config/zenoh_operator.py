@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 import attrs
 
-from blackboard.zenoh.session import read_own
+from blackboard.zenoh.access import Role
+from blackboard.zenoh.session import CERTIFICATE, read_own
 from blackboard.zenoh.settings import ZenohSettings
+from fleet_manager.certs.issuing import read_issued
 from fleet_manager.config.fleet_file import read_connections
 from fleet_manager.config.zenoh_launch import connection_of
 from fleet_manager.errors import InputError
@@ -19,6 +21,7 @@ from hive_common.structuring import structure
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from fleet_manager.certs.issuing import Issued
     from fleet_manager.config.fleet_file import Fleet
     from hive_common.pose import Pose
     from hive_common.zone import Zone
@@ -35,6 +38,8 @@ class OperatorSite:
     """By name, in the map frame: the chargers of the fleet file."""
     zones: tuple[Zone, ...] = ()
     """Those of the fleet file."""
+    why_silent: str = ""
+    """Why the hive would drop what this program asks for; empty if it would not."""
 
     @property
     def address(self) -> str:
@@ -52,7 +57,8 @@ def operator_site(ends: Sequence[str], certificates: str = "") -> OperatorSite:
             says it; with endpoints, only this machine is reached then.
 
     Raises:
-        InputError: These are not allowed, or no operator of the fleet has its folder here.
+        InputError: These are not allowed, no operator of the fleet has its folder here, or the
+            certificate is another one's than an operator's or a viewer's.
         blackboard.errors.SettingsError: An endpoint is not allowed, or the certificate cannot be
             used.
         hive_common.errors.FileError: There is no such fleet, or its connections have a mistake.
@@ -61,7 +67,26 @@ def operator_site(ends: Sequence[str], certificates: str = "") -> OperatorSite:
     # What cannot be used is found now, not when a session is opened.
     site.settings.session()
     site.settings.own("")
-    return site
+    if (folder := site.settings.folder) is None:
+        return site
+    return attrs.evolve(site, why_silent=_why_silent(read_issued(folder / CERTIFICATE), folder))
+
+
+def _why_silent(issued: Issued, folder: Path) -> str:
+    """Return why a certificate may ask for nothing; empty if it may.
+
+    Raises:
+        InputError: It is a member's, which has a process of its own, or a router's.
+    """
+    remedy = "`hive certs add NAME --role operator` makes one of an operator"
+    if issued.role not in {Role.OPERATOR, Role.VIEWER}:
+        raise InputError(
+            f"{folder} has the certificate of a {issued.role.value}; allowed: that of an operator "
+            f"or a viewer. {remedy}"
+        )
+    if issued.role is Role.OPERATOR:
+        return ""
+    return f"{issued.name} has a viewer's certificate, and may only listen; {remedy}"
 
 
 def _site(ends: Sequence[str], certificates: str) -> OperatorSite:

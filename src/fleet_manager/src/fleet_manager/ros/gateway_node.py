@@ -156,7 +156,7 @@ def _run() -> None:
     if settings.own_master:
         relay = joined.relay(hive, talker)
         relay.bring_in(TRAFFIC_STATE, TRAFFIC_KINDS[TRAFFIC_STATE])
-        relay.take_out(ZONE_COMMAND)
+        relay.take_out(ZONE_COMMAND, TRAFFIC_KINDS[ZONE_COMMAND])
         drives = RemoteDrives(relay, hive)
     Gateway(talker, joined.link, hive, drives).start()
     talker.spin()

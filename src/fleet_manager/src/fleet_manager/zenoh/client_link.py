@@ -14,7 +14,6 @@ from fleet_manager.client.topics import STATE
 from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
 from fleet_manager.errors import InputError, NoHiveError
 from fleet_manager.zenoh.hive_topics import ZenohTopics, joined
-from fleet_manager.zenoh.role import why_silent
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Mapping, Sequence
@@ -62,7 +61,6 @@ class ZenohClientLink:
         self._site, self._session = site, session
         self._reports: queue.SimpleQueue[HiveMessage] = queue.SimpleQueue()
         self._topics = ZenohTopics(session, site.settings.own(""), self._put)
-        self._may_speak = False
 
     def listen(self, *names: str) -> None:
         """Follow some of the hive's topics from now on; all of its state if none is named."""
@@ -78,9 +76,11 @@ class ZenohClientLink:
         return is_all and self._reports.empty()
 
     def troubles(self) -> Sequence[str]:
-        """Return that nothing is connected, if so; what members say is wrong does not cross."""
-        if self._session.info.links():
+        """Return why no leader is heard, if so; what members say is wrong does not cross."""
+        if self._topics.beat is not None:
             return ()
+        if self._session.info.links():
+            return ("no leader is heard there; without a fleet file, --connect has to name all",)
         trouble = (
             f"nothing is connected at {self._site.address}; check that it runs and is reached "
             "from here, and that its access list has your certificate"
@@ -141,10 +141,8 @@ class ZenohClientLink:
 
     def _ask(self, request: Request) -> None:
         """Publish a request; raise InputError if this program may not ask for anything."""
-        if not self._may_speak:
-            if why := why_silent(self._site):
-                raise InputError(why)
-            self._may_speak = True
+        if self._site.why_silent:
+            raise InputError(self._site.why_silent)
         self._topics.speak(request)
 
     def _put(self, fact: Fact, _supersedes: Hashable = None) -> None:

@@ -29,7 +29,6 @@ from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
 from fleet_manager.zenoh.drives import Drives
 from fleet_manager.zenoh.hive_topics import ZenohTopics, joined
-from fleet_manager.zenoh.role import why_silent
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
 
@@ -128,8 +127,8 @@ class ZenohDeskLink:
         met = partial(self._meet, drives) if self._shows_map else lambda _robot: None
         topics = self._topics = ZenohTopics(session, own, self._inbox.put, met, log.warning)
         topics.listen_to_all()
-        if why := why_silent(self._site):
-            self._tell_trouble(why)
+        if self._site.why_silent:
+            self._tell_trouble(self._site.why_silent)
         while not self._stopped.is_set():
             links = session.info.links()
             if links or self._link_state is LinkState.UP:
