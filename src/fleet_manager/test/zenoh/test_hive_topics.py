@@ -117,6 +117,18 @@ def test_only_a_leader_tells_what_the_robots_of_others_do(session, site, leader,
     assert "blackboard speaks as robot1" in program.warnings[0]
 
 
+def test_a_hive_whose_nodes_run_in_a_namespace_is_heard_in_that_namespace(
+    session, site, leader, until_followed, monkeypatch
+):
+    monkeypatch.setenv("ROS_NAMESPACE", "/hall/")
+    program = Program(session, site.settings.own(""))
+    until_followed(BACKUP)
+    leader.say(BACKUP, Heartbeat(1, "/hall/blackboard", "", ("/hall/blackboard",)))
+
+    assert program.next(Heartbeat)[0].report.leader == "/hall/blackboard"
+    assert program.warnings == []
+
+
 def test_bytes_that_are_no_message_are_refused_with_one_line(leader, follower):
     for _ in range(3):
         leader.session.put("hive/hive/task_state/robot2", b"\x01")

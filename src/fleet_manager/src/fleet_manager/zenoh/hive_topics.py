@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import contextmanager
 from threading import RLock
@@ -42,6 +43,12 @@ _HEARD_WITHIN = 0.5
 _LOOK = 0.005  # [s] between two looks
 
 
+def _namespace() -> str:
+    """Return the namespace in which the hive's nodes run, as ROS's own programs find it."""
+    names = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    return f"/{names}/" if names else "/"
+
+
 @contextmanager
 def joined(site: OperatorSite) -> Iterator[zenoh.Session]:
     """Open a session for an operator's program; close it at the end.
@@ -60,7 +67,8 @@ def joined(site: OperatorSite) -> Iterator[zenoh.Session]:
 class ZenohTopics:
     """Listens to the hive and speaks to it. Zenoh's threads convert a message and put it away.
 
-    It follows the leader's heartbeats at all times: only a leader may tell what others do.
+    It follows the leader's heartbeats at all times: only a leader may tell what others do. The
+    environment's ROS_NAMESPACE is the namespace of the hive's nodes, as on ROS.
 
     Args:
         session: Open; the caller closes it.
@@ -97,7 +105,13 @@ class ZenohTopics:
         self.time = 0.0
         self.spins = True
         self._link = ZenohLink(
-            session, own.hive, own.name, _SPEAKS_ON, is_member=False, wires=OPERATOR_WIRES
+            session,
+            own.hive,
+            own.name,
+            _SPEAKS_ON,
+            namespace=_namespace(),
+            is_member=False,
+            wires=OPERATOR_WIRES,
         )
         self._link.attach(self)
         self.listen((topics.BACKUP,))

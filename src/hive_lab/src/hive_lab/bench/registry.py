@@ -110,7 +110,7 @@ BENCHES: Mapping[str, Bench] = {
         "bench.charge",
     ),
     "cli": Bench(
-        "processor and wall time [s] of tasks, robots, add and why, and of the set-up check",
+        "processor and wall time [s] of commands, on ROS and over Zenoh, and of the set-up check",
         "live.cli",
         options=("runs",),
         own_master=True,

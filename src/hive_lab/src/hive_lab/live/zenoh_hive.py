@@ -80,6 +80,11 @@ class ZenohHive(LiveHive):
             own = connection_of(self._fleet, name) | {"own_master": False}
             rospy.set_param(f"{self.namespace}{name}/zenoh", own)
 
+    @property
+    def fleet_file(self) -> Path:
+        """Return the file of this fleet."""
+        return self._fleet.path
+
     def operator_settings(self) -> ZenohSettings:
         """Return how a program that posts takes part."""
         return structure(connection_of(self._fleet, OPERATOR), ZenohSettings)
