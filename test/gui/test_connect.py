@@ -59,6 +59,7 @@ def test_a_window_says_that_nobody_answers_any_more_and_what_that_means(said, wh
 @pytest.mark.parametrize(
     ("words", "problem"),
     [
+        (["--map", "lab"], "--certificates and --map need --connect"),
         (["--connect", "lab"], "has transport: ros; allowed: zenoh"),
         (["--connect", "tcp/127.0.0.1:99999"], "allowed without certificates"),
         (["--connect", "tls/127.0.0.1:1", "--certificates", "/no/such"], "copy the whole folder"),

@@ -137,13 +137,16 @@ def _parse(name: str, argv: Sequence[str]) -> argparse.Namespace:
         "--map", default="", help="with --connect: the map to show: a name in maps/ or a path"
     )
     arguments = parser.parse_args(argv)
-    try:
-        arguments.site = None
-        if arguments.connect:
-            # Otherwise Zenoh need not be loaded.
-            from fleet_manager.config.zenoh_operator import operator_site  # noqa: PLC0415
+    arguments.site = None
+    if not arguments.connect:
+        if arguments.certificates or arguments.map:
+            parser.error("--certificates and --map need --connect")
+        return arguments
+    # Without --connect, Zenoh need not be loaded.
+    from fleet_manager.config.zenoh_operator import operator_site  # noqa: PLC0415
 
-            arguments.site = operator_site(arguments.connect, arguments.certificates)
+    try:
+        arguments.site = operator_site(arguments.connect, arguments.certificates)
     except HiveError as error:
         parser.error(str(error))
     return arguments
