@@ -81,7 +81,7 @@ class ZenohTopics:
     Attributes:
         heard: Robots whose status has been heard.
         beat: The leader's last heartbeat; None before the first.
-        time: The newest time that a heartbeat states [s, hive's time]; 0 before the first.
+        time: The time that the last heartbeat states [s, hive's time]; 0 before the first.
         spins: See `blackboard.process.link.Inbox`.
     """
 
@@ -206,7 +206,7 @@ class ZenohTopics:
         self._put(HiveMessage(report, stamp), superseded(topic, report))
         # What is counted as heard has been put away before.
         if isinstance(report, Heartbeat):
-            self.beat, self.time = report, max(self.time, stamp)
+            self.beat, self.time = report, stamp
         elif isinstance(report, RobotStatus):
             self._note_robot(report)
 
