@@ -14,8 +14,9 @@ pytest.importorskip("blackboard.msg", reason="the link needs generated messages"
 
 import genpy
 import zenoh
+from std_msgs.msg import Bool
 
-from blackboard.codec.tables import WIRES
+from blackboard.codec.tables import WIRES, Wire
 from blackboard.consensus.messages import AppendReply
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -84,8 +85,7 @@ class Process:
         name,
         connect=(),
         topics=(TASK_STATE, ROBOT_STATUS, SYNC, BB_ACK),
-        *,
-        is_member=True,
+        **options,
     ):
         self.address = f"127.0.0.1:{free_port()}"
         ends = Endpoints((f"tcp/{self.address}",), tuple(f"tcp/{each}" for each in connect))
@@ -96,9 +96,9 @@ class Process:
             "lab",
             name,
             topics,
-            is_member=is_member,
             address=self.address,
             date=lambda: 7.0,
+            **options,
         )
         self.link.attach(self.inbox)
 
@@ -136,6 +136,27 @@ def test_a_message_arrives_with_its_sender_its_stamp_and_all_it_says(pair):
     assert (arrival.topic, arrival.name, arrival.sender) == (TASK_STATE, TASK_STATE, "robot2")
     assert value == UPDATE
     assert arrival.read().header.stamp == genpy.Time(7)
+
+
+def test_a_process_knows_whether_anybody_listens_to_what_it_says(pair):
+    _, second = pair
+
+    assert second.link.is_heard(TASK_STATE)
+    assert not second.link.is_heard(BB_ACK)
+    assert not second.link.is_heard("robot7/set_state")
+
+
+def test_messages_that_are_not_the_cores_are_carried_where_a_link_is_given_them(
+    start, until_heard
+):
+    zones = Wire(Bool, Bool, lambda msg: msg.data)
+    first = start("robot1", topics=(), wires={"zones": zones})
+    first.link.listen("zones", "zones")
+    second = start("anna", [first.address], topics=("zones",), wires={"zones": zones})
+    until_heard(second.session, "hive/lab/zones/anna")
+    second.link.publish("zones", True, None)
+
+    assert first.inbox.arrived.get(timeout=WITHIN).read() == Bool(True)
 
 
 def test_messages_of_one_sender_arrive_in_their_order(pair):

@@ -51,6 +51,15 @@ def test_without_certificates_no_other_machine_is_reached(way, endpoint):
         session_config(Endpoints(**{way: (endpoint,)}))
 
 
+@pytest.mark.parametrize("host", ["10.0.0.1", "my_host.lab", "[fe80::1%eth0]"])
+def test_with_certificates_any_host_can_be_named(folder, host):
+    endpoint = f"tls/{host}:7447"
+
+    assert session_config(Endpoints(connect=(endpoint,)), folder)["connect"]["endpoints"] == [
+        endpoint
+    ]
+
+
 def test_with_certificates_nothing_is_sent_unencrypted(folder):
     with pytest.raises(SettingsError, match="allowed with certificates: tls/HOST:PORT"):
         session_config(Endpoints(connect=("tcp/127.0.0.1:7447",)), folder)

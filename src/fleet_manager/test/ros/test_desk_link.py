@@ -82,6 +82,6 @@ def test_a_robot_that_is_met_without_a_master_ends_nothing(building, monkeypatch
     link = RosDeskLink("window", [])
 
     link._meet("robot9")  # noqa: SLF001  (rospy's thread does so)
-    link._work_until(0.0)  # noqa: SLF001  (its own thread does so)
+    link._work.run_for(0.0)  # noqa: SLF001  (its own thread does so)
 
     assert followed == ["robot9"]

@@ -2,6 +2,7 @@
 """The windows' link to a hive over Zenoh."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 from attrs import evolve
@@ -13,6 +14,8 @@ from blackboard.domain.record import TaskUpdate
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.zenoh.access import Role
+from blackboard.zenoh.opening import open_session
+from blackboard.zenoh.session import Endpoints, Mode, session_config
 from fleet_manager.certs.site import Site
 from fleet_manager.client.reports import HiveMessage
 from fleet_manager.config.zenoh_operator import operator_site
@@ -144,9 +147,21 @@ def test_what_is_no_pose_is_refused_with_one_line(session, site, leader, until_h
     assert len(warnings) == 2
 
 
-@pytest.mark.parametrize("name", ["", "*", "a/b"])
-def test_a_robot_that_no_key_can_name_is_not_followed(session, site, name):
+@pytest.mark.parametrize(
+    ("name", "followed"),
+    [
+        ("robot1", ["hive/hive/robot1/amcl_pose/robot1", "hive/hive/robot1/plan/robot1"]),
+        ("", []),
+        ("*", []),
+        ("a/b", []),
+    ],
+)
+def test_a_robot_is_followed_unless_no_key_can_name_it(site, name, followed):
+    keys = []
+    session = SimpleNamespace(declare_subscriber=lambda key, _hear: keys.append(key))
     Drives(session, site.settings.own(""), [].append, [].append).follow(name)
+
+    assert keys == followed
 
 
 def test_what_a_person_sends_is_published_once_it_can_be(show, site, leader):
@@ -187,10 +202,14 @@ def test_a_viewers_window_says_that_it_only_listens(show, tmp_path):
     assert "eve has a viewer's certificate" in show(site).until(TroublesRead).texts[0]
 
 
-def test_a_window_waits_for_its_router(show, site, leader):
+def test_a_window_waits_for_its_router_and_connects_once_it_is_there(show, site, leader):
     alone = evolve(site, settings=evolve(site.settings, mode="client"))
     leader.session.close()
     window = show(alone)
-
     assert window.until(LinkChange).state is LinkState.SEARCHING
-    assert window.link.now() == 0.0
+
+    router = open_session(session_config(Endpoints((leader.endpoint,)), mode=Mode.ROUTER))
+    try:
+        assert window.until(LinkChange).state is LinkState.UP
+    finally:
+        router.close()

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What operators' programs hear and say over Zenoh."""
 
+import itertools
 import queue
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -24,6 +26,7 @@ from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.topics import STATE, ZONE_COMMAND
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
+from fleet_manager.zenoh import hive_topics
 from fleet_manager.zenoh.hive_topics import ZenohTopics
 from hive_common.pose import Pose
 
@@ -211,6 +214,44 @@ def test_a_request_waits_until_somebody_listens(program, leader, monkeypatch):
 
     assert asked == [TASK_CANCEL] * 3
     assert leader.asked.get(timeout=WITHIN) == (TASK_CANCEL, "T1")
+
+
+def test_a_request_waits_for_the_leader_whose_answer_would_not_be_believed_before(
+    session, site, leader, until_followed, monkeypatch
+):
+    program = Program(session, site.settings.own(""))
+    until_followed(BACKUP)
+    early = []
+
+    def sleep(_seconds):
+        early.append(leader.asked.empty())
+        leader.beat()
+        program.next(Heartbeat)
+
+    monkeypatch.setattr(hive_topics, "time", SimpleNamespace(monotonic=lambda: 0.0, sleep=sleep))
+    program.topics.speak(CancelTask("T1"))
+
+    assert early
+    assert all(early)
+    assert leader.asked.get(timeout=WITHIN) == (TASK_CANCEL, "T1")
+
+
+def test_a_request_that_nobody_can_hear_is_published_all_the_same_after_a_while(
+    session, site, monkeypatch
+):
+    program = Program(session, site.settings.own(""))
+    now = itertools.count()
+    monkeypatch.setattr(
+        hive_topics, "time", SimpleNamespace(monotonic=lambda: next(now), sleep=lambda _: None)
+    )
+    published = []
+    monkeypatch.setattr(
+        "blackboard.zenoh.link.ZenohLink.publish", lambda _link, *what: published.append(what)
+    )
+
+    program.topics.speak(CancelTask("T1"))
+
+    assert published == [(TASK_CANCEL, "T1", None)]
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "*", "**", "robot 1", "r" * 65])

@@ -34,7 +34,7 @@ asks no other router meanwhile, and a session that is closed waits as long, so a
 long to end while another one hangs."""
 
 
-_ADDRESS = re.compile(r"([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]):[0-9]{1,5}")
+_ADDRESS = re.compile(r"([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+(%[A-Za-z0-9]+)?\]):[0-9]{1,5}")
 
 _HIGHEST_PORT = 65_535
 

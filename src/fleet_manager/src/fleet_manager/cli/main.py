@@ -62,10 +62,10 @@ _MODULES = MappingProxyType(
 )
 """Which module of this package holds each command."""
 
-_OVER_ZENOH = frozenset(
-    {"add", "cancel", "run", "tasks", "robots", "robot", "watch", "events", "traffic", "zone"}
-    | {"load"}
-)
+_OVER_ZENOH = frozenset({
+    "add", "cancel", "events", "load", "robot", "robots", "run", "tasks", "traffic", "watch",
+    "zone",
+})  # fmt: skip
 """Commands that need nothing but what the hive says on its topics."""
 
 _BUILT_IN = {"map"}

@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
-import queue
 import time
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,8 +18,7 @@ from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.errors import BlackboardError
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, HiveMessage, TruePlace
-from fleet_manager.client.topics import STATE
-from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
+from fleet_manager.desk.topic_link import LOOK, TopicLink
 from fleet_manager.errors import NoHiveError
 from fleet_manager.ros.hive_topics import QUEUE_SIZE, HiveTopics
 from fleet_manager.ros.map_service import change_map
@@ -29,19 +27,15 @@ from fleet_manager.ros.troubles import Troubles
 from hive_common.ros.reconnecting import keep_connected
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import BatteryState
     from std_msgs.msg import UInt32
 
-    from blackboard.domain.task import Task
-    from fleet_manager.client.traffic import ZoneCommand
-    from fleet_manager.desk.facts import Fact
     from hive_common.pose import Pose
 
-_LOOK = 0.02  # [s] between two looks
 _TOLD_WITHIN = 1.5  # [s] in which members tell on /diagnostics what is wrong
 _NO_ROBOT = "blackboard"  # the node that may tell other robots' status, and has none itself
 
@@ -84,8 +78,8 @@ def demand_master() -> None:
         )
 
 
-class RosClientLink:
-    """Hands over what the hive says, one report at a time, and posts tasks.
+class RosClientLink(TopicLink):
+    """Hands over what the hive says, one report at a time, and publishes requests.
 
     ROS Subscribers and Publishers:
         Those of `HiveTopics` that are asked for, and of the robots that are recorded
@@ -94,16 +88,16 @@ class RosClientLink:
     """
 
     def __init__(self) -> None:
-        self._reports: queue.SimpleQueue[HiveMessage] = queue.SimpleQueue()
-        self._topics = HiveTopics(self._put)
+        super().__init__()
+        self._topics: HiveTopics = HiveTopics(self._put)
         self._commanded: set[str] = set()
         self._robots: set[str] | None = (
             None  # the nodes that speak for robots, once they are known
         )
 
-    def listen(self, *names: str) -> None:
-        """Follow some of the hive's topics from now on; all of its state if none is named."""
-        self._topics.listen(names or STATE)
+    def _known_time(self) -> float:
+        """Return ROS's time [s]; a simulated one is known once a message of /clock has come."""
+        return float(rospy.get_time())
 
     def has_heard_robots(self) -> bool:
         """Return whether all robots have told their status, and `receive` has given it out.
@@ -126,7 +120,7 @@ class RosClientLink:
         found = Troubles()
         end = self.now() + _TOLD_WITHIN
         while not found.read() and self.now() < end:
-            time.sleep(_LOOK)
+            time.sleep(LOOK)
         return found.read()
 
     def record(self, robots: Sequence[str]) -> None:
@@ -146,38 +140,12 @@ class RosClientLink:
                 rospy.Subscriber(topic, message, partial(hear, robot), queue_size=QUEUE_SIZE)
         rospy.Subscriber("simenv/collisions", UInt32, self._hear_collisions)
 
-    def now(self) -> float:
-        """Return a monotonic time [s]."""
-        return time.monotonic()
-
-    def hive_time(self, within: float = 0.0) -> float:
-        """Return the hive's time [s]; 0 if it is not known after `within` [s, wall].
-
-        A simulated time is known once the first message of /clock has come.
-        """
-        end = self.now() + within
-        while not (time_known := float(rospy.get_time())) and self.now() < end:
-            time.sleep(_LOOK)
-        return time_known
-
-    def post(self, task: Task) -> None:
-        """Publish a task on `new_task`, once."""
-        self._topics.speak(PostTask(task))
-
-    def cancel(self, task_id: str) -> None:
-        """Publish a task's id on `task_cancel`, once."""
-        self._topics.speak(CancelTask(task_id))
-
-    def switch(self, command: ZoneCommand) -> None:
-        """Publish a command on `zone_command`, once."""
-        self._topics.speak(command)
-
     def set_state(self, robot: str, word: str) -> None:
         """Publish a word on a robot's `set_state`, once."""
         if robot not in self._commanded:
             self._commanded.add(robot)
             self._topics.advertise_to(robot)
-        self._topics.speak(SetRobotState(robot, word))
+        super().set_state(robot, word)
 
     def places(self) -> Mapping[str, Pose]:
         """Return the named places of the hive's building [map frame]."""
@@ -207,16 +175,6 @@ class RosClientLink:
     def change_map(self, path: Path) -> None:
         """Call the map server's service `change_map`; see `ClientLink.change_map`."""
         change_map(path)
-
-    def receive(self, timeout: float) -> HiveMessage | None:
-        """Return the next report, or None after `timeout` [s]."""
-        with contextlib.suppress(queue.Empty):
-            return self._reports.get(timeout=max(timeout, 0.0))
-        return None
-
-    def _put(self, fact: Fact, _supersedes: Hashable = None) -> None:
-        if isinstance(fact, HiveMessage):
-            self._reports.put(fact)
 
     def _hear_place(self, robot: str, msg: Odometry) -> None:
         position = msg.pose.pose.position

@@ -8,9 +8,7 @@ never in the windows' event loop.
 from __future__ import annotations
 
 import contextlib
-import queue
-import time
-from threading import Event, Thread
+from threading import Thread
 from typing import TYPE_CHECKING
 
 import rospy
@@ -30,6 +28,7 @@ from fleet_manager.desk.facts import (
 )
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
+from fleet_manager.desk.work import Work
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.map_topics import MapTopics
 from fleet_manager.ros.place_parameter import hive_places
@@ -38,7 +37,7 @@ from hive_common.ros.links import mend_links
 from hive_common.ros.zones import zones_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from fleet_manager.desk.facts import Command, Fact
     from hive_common.zone import Zone
@@ -66,8 +65,7 @@ class RosDeskLink:
     def __init__(self, name: str, argv: list[str], *, shows_map: bool = True) -> None:
         self._name, self._argv = name, argv
         self._inbox = Inbox()
-        self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._stopped = Event()
+        self._work = Work()
         self._watch = MasterWatch(name)
         self._topics = HiveTopics(self._inbox.put, self._meet)
         self._building: dict[type, PlacesKnown | ZonesKnown] = {}
@@ -80,7 +78,7 @@ class RosDeskLink:
 
     def stop(self) -> None:
         """Disconnect, in the background: the master may not answer."""
-        self._stopped.set()
+        self._work.stop()
         Thread(target=rospy.signal_shutdown, args=("closed",), daemon=True).start()
 
     def now(self) -> float:
@@ -114,7 +112,8 @@ class RosDeskLink:
         """Connect, then run the queued work until stopped."""
         self._report_master(LinkState.SEARCHING)
         while not self._watch.is_up():
-            if self._stopped.wait(_TURN):
+            self._work.pause(_TURN)
+            if self._work.is_stopped:
                 return
         rospy.init_node(self._name, self._argv, anonymous=True, disable_signals=True)
         self._topics.advertise()
@@ -123,7 +122,7 @@ class RosDeskLink:
         mend_links()
         self._report_master(LinkState.UP)
         troubles = Troubles()
-        while not self._stopped.is_set():
+        while not self._work.is_stopped:
             change = self._watch.look()
             if change is not None:
                 self._report_master(_LINKS[change])
@@ -131,7 +130,7 @@ class RosDeskLink:
                 self._inbox.put(TroublesRead(troubles.read()), TroublesRead)
                 self._read_building()
             self._topics.read_list()
-            self._work_until(time.monotonic() + _TURN)
+            self._work.run_for(_TURN)
 
     def _read_building(self) -> None:
         """Tell its places and zones; the fleet's launch may set them after this window."""
@@ -145,14 +144,6 @@ class RosDeskLink:
         if self._building.get(kind) != known:
             self._building[kind] = known
             self._inbox.put(known, kind)
-
-    def _work_until(self, end: float) -> None:
-        """Run queued work until a monotonic time [s]."""
-        while not self._stopped.is_set():
-            try:
-                self._work.get(timeout=max(0.0, end - time.monotonic()))()
-            except queue.Empty:
-                return
 
     def _report_master(self, state: LinkState) -> None:
         self._inbox.put(LinkChange(state, self._watch.address))

@@ -4,30 +4,22 @@
 from __future__ import annotations
 
 import contextlib
-import queue
-import time
 from typing import TYPE_CHECKING
 
 from blackboard.errors import NoRouterError
-from fleet_manager.client.reports import HiveMessage
-from fleet_manager.client.topics import STATE
-from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
+from fleet_manager.desk.topic_link import TopicLink
 from fleet_manager.errors import InputError, NoHiveError
 from fleet_manager.zenoh.hive_topics import ZenohTopics, joined
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     import zenoh
 
-    from blackboard.domain.task import Task
-    from fleet_manager.client.traffic import ZoneCommand
     from fleet_manager.config.zenoh_operator import OperatorSite
-    from fleet_manager.desk.facts import Fact, Request
+    from fleet_manager.desk.facts import Request
     from hive_common.pose import Pose
-
-_LOOK = 0.02  # [s] between two looks
 
 
 @contextlib.contextmanager
@@ -49,8 +41,8 @@ def connect(site: OperatorSite, record: Sequence[str] = ()) -> Iterator[ZenohCli
         yield ZenohClientLink(site, session)
 
 
-class ZenohClientLink:
-    """Hands over what the hive says, one report at a time, and posts tasks.
+class ZenohClientLink(TopicLink):
+    """Hands over what the hive says, one report at a time, and publishes requests.
 
     Args:
         site: How it connects.
@@ -58,13 +50,13 @@ class ZenohClientLink:
     """
 
     def __init__(self, site: OperatorSite, session: zenoh.Session) -> None:
+        super().__init__()
         self._site, self._session = site, session
-        self._reports: queue.SimpleQueue[HiveMessage] = queue.SimpleQueue()
-        self._topics = ZenohTopics(session, site.settings.own(""), self._put)
+        self._topics: ZenohTopics = ZenohTopics(session, site.settings.own(""), self._put)
 
-    def listen(self, *names: str) -> None:
-        """Follow some of the hive's topics from now on; all of its state if none is named."""
-        self._topics.listen(names or STATE)
+    def _known_time(self) -> float:
+        """Return the time of the leader's last heartbeat [s]."""
+        return self._topics.time
 
     def has_heard_robots(self) -> bool:
         """Return whether all robots that the leader hears have told their status.
@@ -87,36 +79,6 @@ class ZenohClientLink:
         )
         return (trouble,)
 
-    def now(self) -> float:
-        """Return a monotonic time [s]."""
-        return time.monotonic()
-
-    def hive_time(self, within: float = 0.0) -> float:
-        """Return the hive's time [s], that of the leader's last heartbeat; 0 if it is not known.
-
-        It is waited for as long as `within` [s, wall].
-        """
-        end = self.now() + within
-        while not (time_known := self._topics.time) and self.now() < end:
-            time.sleep(_LOOK)
-        return time_known
-
-    def post(self, task: Task) -> None:
-        """Publish a task on `new_task`, once."""
-        self._ask(PostTask(task))
-
-    def cancel(self, task_id: str) -> None:
-        """Publish a task's id on `task_cancel`, once."""
-        self._ask(CancelTask(task_id))
-
-    def switch(self, command: ZoneCommand) -> None:
-        """Publish a command on `zone_command`, once."""
-        self._ask(command)
-
-    def set_state(self, robot: str, word: str) -> None:
-        """Publish a word on a robot's `set_state`, once."""
-        self._ask(SetRobotState(robot, word))
-
     def places(self) -> Mapping[str, Pose]:
         """Return the named places of the hive's building [map frame]."""
         return self._site.places
@@ -133,18 +95,8 @@ class ZenohClientLink:
         """Raise NoHiveError: each machine has a map server of its own."""
         raise NoHiveError(f"each machine has a map server of its own; load {path.name} there")
 
-    def receive(self, timeout: float) -> HiveMessage | None:
-        """Return the next report, or None after `timeout` [s]."""
-        with contextlib.suppress(queue.Empty):
-            return self._reports.get(timeout=max(timeout, 0.0))
-        return None
-
     def _ask(self, request: Request) -> None:
         """Publish a request; raise InputError if this program may not ask for anything."""
         if self._site.why_silent:
             raise InputError(self._site.why_silent)
-        self._topics.speak(request)
-
-    def _put(self, fact: Fact, _supersedes: Hashable = None) -> None:
-        if isinstance(fact, HiveMessage):
-            self._reports.put(fact)
+        super()._ask(request)

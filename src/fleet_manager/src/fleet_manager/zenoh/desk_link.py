@@ -8,10 +8,8 @@ the windows' event loop.
 from __future__ import annotations
 
 import logging
-import queue
-import time
 from functools import partial
-from threading import Event, Thread
+from threading import Thread
 from typing import TYPE_CHECKING
 
 from blackboard.errors import NoRouterError
@@ -27,13 +25,14 @@ from fleet_manager.desk.facts import (
 )
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
+from fleet_manager.desk.work import Work
 from fleet_manager.zenoh.drives import Drives
 from fleet_manager.zenoh.hive_topics import ZenohTopics, joined
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     import zenoh
 
@@ -59,8 +58,7 @@ class ZenohDeskLink:
     def __init__(self, site: OperatorSite, chart: str = "", *, shows_map: bool = True) -> None:
         self._site, self._chart, self._shows_map = site, chart, shows_map
         self._inbox = Inbox()
-        self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._stopped = Event()
+        self._work = Work()
         # No daemon: while Python ends, a session can no longer be closed.
         self._thread = Thread(target=self._run, name="hive link")
         self._topics: ZenohTopics | None = None
@@ -73,8 +71,7 @@ class ZenohDeskLink:
 
     def stop(self) -> None:
         """Disconnect, in the background."""
-        self._stopped.set()
-        self._work.put(lambda: None)  # so that nobody waits for work
+        self._work.stop()
 
     def now(self) -> float:
         """Return the hive's time [s]; 0 before it is known."""
@@ -100,12 +97,12 @@ class ZenohDeskLink:
         """Connect, then run the queued work until stopped."""
         self._tell_state(LinkState.SEARCHING)
         self._tell_building()
-        while not self._stopped.is_set():
+        while not self._work.is_stopped:
             try:
                 with joined(self._site) as session:
                     self._follow(session)
             except NoRouterError:
-                self._stopped.wait(_TURN)
+                self._work.pause(_TURN)
             except HiveError as error:
                 self._tell_trouble(str(error))
                 return
@@ -129,23 +126,15 @@ class ZenohDeskLink:
         topics.listen_to_all()
         if self._site.why_silent:
             self._tell_trouble(self._site.why_silent)
-        while not self._stopped.is_set():
+        while not self._work.is_stopped:
             links = session.info.links()
             if links or self._link_state is LinkState.UP:
                 self._tell_state(LinkState.UP if links else LinkState.LOST)
             topics.read_list()
-            self._work_until(time.monotonic() + _TURN)
+            self._work.run_for(_TURN)
 
     def _meet(self, drives: Drives, robot: str) -> None:
         self._work.put(lambda: drives.follow(robot))
-
-    def _work_until(self, end: float) -> None:
-        """Run queued work until a monotonic time [s]."""
-        while not self._stopped.is_set():
-            try:
-                self._work.get(timeout=max(0.0, end - time.monotonic()))()
-            except queue.Empty:
-                return
 
     def _tell_trouble(self, text: str) -> None:
         self._troubles.append(text)
