@@ -185,8 +185,8 @@ def test_odometry_drifts_with_the_square_root_of_the_way():
     assert abs(np.mean(errors)) < 0.025
 
 
-def record(seed, *, with_third=False):
-    simulation = Simulation(hall(), seed=seed)
+def record(seed, *, with_third=False, start=0):
+    simulation = Simulation(hall(), seed=seed, start=start)
     simulation.add_robot("robot1", MIR, Pose(2.0, 2.0, 0.0))
     simulation.add_robot("robot2", YOUBOT, Pose(4.0, 4.0, 1.0))
     if with_third:
@@ -206,6 +206,15 @@ def test_the_same_seed_and_commands_give_the_same_run_to_the_last_bit():
 
 def test_another_seed_gives_another_run():
     assert record(7) != record(8)
+
+
+def test_a_start_at_a_date_changes_the_time_alone():
+    date = 1_800_000_000_000_000_000
+    late = Simulation(hall(), start=date)
+    drive(late, 0.2)
+
+    assert late.nanoseconds == date + 200_000_000
+    assert record(7, start=date) == record(7)
 
 
 def test_one_robot_more_out_of_sight_changes_nothing_for_the_others():

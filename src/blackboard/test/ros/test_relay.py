@@ -14,6 +14,7 @@ import pytest
 
 pytest.importorskip("robot_description.msg", reason="needs generated messages")
 
+import genpy
 import rospy
 from robot_description.msg import Traffic, TrafficState, ZoneCommand
 from zenoh.handlers import Callback
@@ -25,6 +26,9 @@ from blackboard.zenoh.opening import open_session
 from blackboard.zenoh.session import Endpoints, Own, session_config
 
 WITHIN = 20.0  # a busy machine needs no longer [s]
+NOW, STAMPED = 70, 7
+"""The time here, and of what somebody else has said [s]."""
+
 RELAY = "/a/robot"
 """The node of machine a's relay."""
 
@@ -56,6 +60,14 @@ class FakeRos:
         return self.published[name].get(timeout=WITHIN)
 
 
+class FakeTime:
+    """The clock of this machine, which stands still."""
+
+    @staticmethod
+    def now():
+        return genpy.Time(NOW)
+
+
 class Publisher:
     def __init__(self, published):
         self.publish = published.put
@@ -84,6 +96,7 @@ def ros(monkeypatch):
     monkeypatch.setattr(rospy, "Subscriber", fake.subscribe)
     monkeypatch.setattr(rospy, "get_name", lambda: RELAY)
     monkeypatch.setattr(rospy, "is_shutdown", lambda: next(fake.ends, False))
+    monkeypatch.setattr(rospy, "Time", FakeTime)
     return fake
 
 
@@ -117,17 +130,34 @@ def out(machines):
 def state(epoch, seq=0):
     made = TrafficState(epoch=epoch, closed=["door"])
     made.header.seq = seq
-    made.header.stamp.secs = 7
+    made.header.stamp.secs = STAMPED
     return made
 
 
 def test_a_message_goes_out_on_one_machine_and_in_on_the_other_with_all_it_says(ros, out):
     assert len(out) == 2
     said = Traffic(name="robot1", since=float("inf"), radius=0.5)
-    said.header.stamp.secs = 7
+    said.header.stamp.secs = NOW
     ros.say("/a/traffic", said)
 
     assert ros.next("/b/traffic") == said
+
+
+@pytest.mark.usefixtures("out")
+def test_a_robot_s_announcement_is_stamped_by_the_clock_of_the_machine_that_hears_it(ros):
+    for secs in (NOW - 5, NOW + 5):
+        said = Traffic(name="robot1")
+        said.header.stamp.secs = secs
+        ros.say("/a/traffic", said)
+
+        assert ros.next("/b/traffic").header.stamp == genpy.Time(NOW)
+
+
+@pytest.mark.usefixtures("out")
+def test_what_tells_times_of_its_sender_s_clock_keeps_its_stamp(ros):
+    ros.say("/a/traffic_state", state(epoch=1))
+
+    assert ros.next("/b/traffic_state").header.stamp == genpy.Time(STAMPED)
 
 
 def test_it_speaks_in_the_name_of_its_own_process_to_others_only(ros, machines):

@@ -54,8 +54,8 @@ def mistakes_in(file, text):
     return [str(each) for each in read_fleet_and_mistakes(str(file))[1]]
 
 
-def launched(fleet, *machine):
-    text = launch_text(fleet, sim=False, machine=machine)
+def launched(fleet, *machine, sim=False):
+    text = launch_text(fleet, sim=sim, machine=machine)
     return ET.fromstring(text)  # noqa: S314  (made here)
 
 
@@ -111,6 +111,14 @@ def test_a_machine_starts_its_own_member_alone(file):
     assert robots_in(launched(fleet, "amy")) == ["amy"]
     assert robots_in(launched(fleet, "blackboard")) == []
     assert robots_in(launched(fleet, "blackboard", "bob", "anna")) == ["bob"]
+
+
+def test_a_machine_simulates_its_own_robot_alone(file):
+    root = launched(fleet_of(file), "amy", sim=True)
+
+    (robot,) = root.iterfind("include")
+    told = {each.get("name"): each.get("value") for each in robot.iterfind("arg")}
+    assert (told["name"], told["sim"]) == ("amy", "true")
 
 
 def test_an_operator_s_machine_has_a_gateway_to_all_members(file):

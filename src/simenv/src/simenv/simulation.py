@@ -65,14 +65,16 @@ class Simulation:
         seed: int = 0,
         noise: Noise | None = None,
         pick_failures: float = 0.0,
+        start: int = 0,
     ) -> None:
-        """Start at time 0 without robots.
+        """Start without robots.
 
         Args:
             world: What robots sense and bump into.
             seed: Of all random numbers, at least 0.
             noise: Of the sensors; None for the default.
             pick_failures: Probability that a grip fails, 0..1.
+            start: The time at which it starts [ns].
         """
         self.world = world
         self.stock = Stock(world.stations)  # what is left to pick at its stations
@@ -85,16 +87,16 @@ class Simulation:
         self._bodies = Bodies(self._contacts, self._noise)
         self._robots: dict[str, _Robot] = {}
         self._mount()
-        self._nanoseconds = 0
+        self._nanoseconds = start
 
     @property
     def nanoseconds(self) -> int:
-        """Time since the start [ns], an integer so that it never drifts."""
+        """Simulated time [ns], an integer so that it never drifts."""
         return self._nanoseconds
 
     @property
     def time(self) -> float:
-        """Time since the start [s]."""
+        """Simulated time [s]."""
         return self._nanoseconds * 1e-9
 
     @property

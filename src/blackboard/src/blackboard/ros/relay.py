@@ -64,13 +64,19 @@ class Relay:
         self._kept: list[Any] = []
 
     def bring_in(self, topic: str, kind: type[genpy.Message]) -> None:
-        """Publish on ROS what others say on a topic, as messages of a type."""
+        """Publish on ROS what others say on a topic, as messages of a type.
+
+        What a robot announces is stamped when it comes in: its clock is not this machine's, and
+        one that is behind would make the robot look silent, so that nobody gave way to it.
+        """
         publisher = rospy.Publisher(
             self._namespace + topic, kind, queue_size=_QUEUE_SIZE, headers={RELAYED: "1"}
         )
 
         def tell(msg: Any, sender: str) -> None:  # noqa: ANN401  (of the type)
-            _check_speaker(topic, msg, sender)
+            if topic == TRAFFIC:
+                _check_speaker(msg, sender)
+                msg.header.stamp = rospy.Time.now()
             self._brought.append(serialized(msg)[_SEQ_SIZE:])
             publisher.publish(msg)
 
@@ -155,9 +161,9 @@ class Relay:
         publisher.put(payload)
 
 
-def _check_speaker(topic: str, msg: Any, sender: str) -> None:  # noqa: ANN401  (of the topic's type)
+def _check_speaker(msg: Any, sender: str) -> None:  # noqa: ANN401  (a Traffic)
     """Raise ValueError if a robot announces where another one drives."""
-    if topic == TRAFFIC and msg.name != sender:
+    if msg.name != sender:
         raise ValueError(
             f"{sender} announces where {msg.name[:_MOST_LETTERS]!r} drives; a robot announces for "
             "itself only, by its name"

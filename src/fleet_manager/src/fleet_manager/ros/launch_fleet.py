@@ -94,7 +94,7 @@ def launch_fleet(
             traffic=traffic or wanted.traffic,
             transport=transport or wanted.transport,
         )
-        mistakes = [*mistakes, *_transport_mistakes(wanted, here, sim=sim)]
+        mistakes = [*mistakes, *_transport_mistakes(wanted, here)]
     if wanted is None or mistakes:
         for mistake in mistakes:
             click.echo(f"launch_fleet: {mistake}", err=True)
@@ -118,17 +118,12 @@ def launch_fleet(
         become_roslaunch(text)
 
 
-def _transport_mistakes(fleet: Fleet, machine: Sequence[str], *, sim: bool) -> Iterator[HiveError]:
+def _transport_mistakes(fleet: Fleet, machine: Sequence[str]) -> Iterator[HiveError]:
     """Yield what keeps a fleet from its transport, or from having these on this machine."""
     if fleet.transport == "zenoh":
         yield from mistakes_over_zenoh(fleet)
     if why := unknown_on(fleet, machine):
         yield InputError(f"machine: {why}")
-    elif machine and sim:
-        yield InputError(
-            "machine: each machine would simulate a building of its own; allowed: real robots "
-            "(sim:=false), or no machine"
-        )
 
 
 def _read(

@@ -26,7 +26,7 @@ from hive_common.errors import HiveError
 from hive_common.pose import Pose
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.links import mend_links
-from hive_common.ros.params import number, text, whole_number
+from hive_common.ros.params import flag, number, text, whole_number
 from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
 from hive_common.ros.signals import init_node, is_shutting_down
@@ -79,8 +79,8 @@ class SimulatorNode:
         simenv/rtf (std_msgs/Float64): a new real-time factor, 0.01..100.
         simenv/fault (simenv/Fault): injects a fault, or ends it.
     ROS Parameters:
-        ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0), ~command_wait (1): see
-            simulator.launch.
+        ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0), ~command_wait (1),
+        ~start_at_date (false): see simulator.launch.
 
     Every robot adds its own topics: see `RobotTopics`.
     """
@@ -302,4 +302,5 @@ def _simulation() -> Simulation:
         seed=whole_number("seed", least=0, most=2**31, default=0),
         noise=replace(noise, **own),
         pick_failures=number("pick_failures", least=0.0, most=1.0, default=0.0),
+        start=time.time_ns() if flag("start_at_date", default=False) else 0,
     )
