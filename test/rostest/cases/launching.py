@@ -71,6 +71,24 @@ def run_hive(*words, **environment):
     )
 
 
+@contextlib.contextmanager
+def hive_started(*words, **environment):
+    """Start `hive` as `run_hive` does, without waiting for it; kill it at the end."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        [*HIVE, *words],
+        env=os.environ | environment,
+        stdin=subprocess.DEVNULL,
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
+    ) as started:
+        try:
+            yield started
+        finally:
+            started.kill()
+
+
 def pid_of(node):
     """Return the process id of a node."""
     uri = rosgraph.Master("/operator").lookupNode(node)

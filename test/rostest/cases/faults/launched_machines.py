@@ -21,9 +21,9 @@ import rosgraph
 import rospy
 import yaml
 from blackboard.msg import TaskState
-from launching import HIVE, Launches, wait_until_empty
+from launching import Launches, hive_started, wait_until_empty
 from live_network import OFFICE, network_of
-from live_site import ALONE, NO_MASTER, is_local
+from live_site import ALONE, NO_MASTER
 from shapely import affinity
 from shapely.geometry import Polygon
 
@@ -121,21 +121,10 @@ class Machines:
             wait_until_empty(lambda: [robot for robot in files if not _told(files[robot], "pose")])
             yield lambda word: {robot: _told(file, word) for robot, file in files.items()}
 
-    @contextlib.contextmanager
     def scenario_started(self):
-        """Run the scenario as an operator does without a ROS master; yield the process."""
-        words = [*HIVE, "--connect", str(self._fleet), "run", str(self._scenario), "--wait"]
-        with subprocess.Popen(
-            words,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env={**os.environ, **NO_MASTER},
-        ) as started:
-            try:
-                yield started
-            finally:
-                started.kill()
+        """Run the scenario as an operator does without a ROS master; see `hive_started`."""
+        words = ("--connect", str(self._fleet), "run", str(self._scenario), "--wait")
+        return hive_started(*words, **NO_MASTER)
 
     def kill_member(self, node):
         """Kill the process of a member alone."""
@@ -144,12 +133,6 @@ class Machines:
         below = psutil.Process(self._launched[host].pid).children(recursive=True)
         (member,) = (each for each in below if _runs(each, program))
         member.kill()
-
-    def listening_on(self, host):
-        """Return the addresses at which others reach a host, as `ADDRESS:PORT`."""
-        words = [*self._prefix(host), "ss", "--no-header", "-l", "-n", "-t", "-u"]
-        lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-        return {a for a in (line.split()[4] for line in lines.splitlines()) if not is_local(a)}
 
     def stop(self):
         """Stop all that was launched."""
@@ -175,16 +158,22 @@ def _runs(process, program):
 
 
 @pytest.fixture(scope="module")
-def machines(tmp_path_factory):
-    """The machines, once each robot's member and the blackboard make up a hive."""
+def network():
+    """A host for each robot."""
     with network_of(ROBOTS) as network:
-        machines = Machines(tmp_path_factory.mktemp("machines"), network)
-        try:
-            machines.start()
-            yield machines
-        finally:
-            rospy.signal_shutdown("the master ends")
-            machines.stop()
+        yield network
+
+
+@pytest.fixture(scope="module")
+def machines(network, tmp_path_factory):
+    """The machines, with all that runs there."""
+    machines = Machines(tmp_path_factory.mktemp("machines"), network)
+    try:
+        machines.start()
+        yield machines
+    finally:
+        rospy.signal_shutdown("what follows ends the master")
+        machines.stop()
 
 
 @pytest.fixture(scope="module")
@@ -208,7 +197,7 @@ def test_the_demo_is_done_without_a_collision_though_its_leader_is_killed(machin
         operator.wait_for_another(leader, since)
         for task in TASKS:
             assert operator.follow(task) == TaskState.DONE, task
-        said, _ = scenario.communicate(timeout=PATIENCE)
+        _, said = scenario.communicate(timeout=PATIENCE)
         heard, contacts, poses = told("follows"), told("contacts"), told("pose")
 
     assert scenario.returncode == 0, said
@@ -223,13 +212,11 @@ def test_the_demo_is_done_without_a_collision_though_its_leader_is_killed(machin
             assert overlaps(one, poses[one], other, poses[other]) == []
 
 
-def test_nothing_but_the_hive_s_port_is_reached_from_the_network(machines, operator):
-    operator.demand(lambda: set(operator.robots) == set(ROBOTS), "all robots are there")
-
-    assert {robot: machines.listening_on(robot) for robot in ROBOTS} == {
+@pytest.mark.usefixtures("operator")
+def test_nothing_but_the_hive_s_port_is_reached_from_the_network(network, machines):
+    assert {robot: network.open_on(robot) for robot in ROBOTS} == {
         robot: {machines.addresses[robot]} for robot in ROBOTS
     }
-    assert machines.listening_on("office") <= {f"{OFFICE}:{PORT}"}
 
 
 def overlaps(one, poses, other, others):

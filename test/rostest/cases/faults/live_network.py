@@ -68,6 +68,13 @@ class LiveNetwork:
         """Return a host's address."""
         return self._addresses[host]
 
+    def open_on(self, host: str) -> set[str]:
+        """Return the addresses at which others reach a host, as `ADDRESS:PORT`."""
+        words = (*self.prefix(host), "ss", "--no-header", "-l", "-n", "-t", "-u")
+        lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+        addresses = {line.split()[4] for line in lines.splitlines()}
+        return {each for each in addresses if not each.startswith(("127.", "[::1]"))}
+
     def split(self, *groups: Collection[str]) -> None:
         """Split the network into groups that do not hear each other; the office hears all."""
         for group in groups:

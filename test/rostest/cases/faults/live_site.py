@@ -12,7 +12,7 @@ import sys
 
 import rospy
 from blackboard.msg import TaskState
-from launching import HIVE, run_hive, wait_until_empty
+from launching import hive_started, run_hive, wait_until_empty
 
 from blackboard.zenoh.access import Role
 from fleet_manager.certs.site import Site
@@ -203,24 +203,9 @@ class LiveSite(LiveHive):
         """Run `hive` as the operator does without a ROS master; return the finished process."""
         return run_hive("--connect", str(self._fleet.path), *words, **NO_MASTER)
 
-    @contextlib.contextmanager
     def hive_started(self, *words):
-        """Do the same without waiting for it; kill it at the end."""
-        words = [*HIVE, "--connect", str(self._fleet.path), *words]
-        pipe, environment = subprocess.PIPE, {**os.environ, **NO_MASTER}
-        with subprocess.Popen(
-            words, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, env=environment
-        ) as started:
-            try:
-                yield started
-            finally:
-                started.kill()
-
-    def listening_on(self, host):
-        """Return the addresses at which processes of a host listen, as `ADDRESS:PORT`."""
-        words = [*self._network.prefix(host), "ss", "--no-header", "-l", "-n", "-t", "-u"]
-        lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-        return {line.split()[4] for line in lines.splitlines()}
+        """Do the same without waiting for it; see `launching.hive_started`."""
+        return hive_started("--connect", str(self._fleet.path), *words, **NO_MASTER)
 
     def address_of(self, host):
         """Return where a host's member or router is reached."""
@@ -286,11 +271,6 @@ def doers(operator, tasks):
         ((robot, _),) = done | {(listed.robot, listed.assignment)}
         by.add(robot)
     return by
-
-
-def is_local(address):
-    """Return whether only a host itself reaches an address."""
-    return address.startswith(("127.", "[::1]"))
 
 
 def _unlinked(node):

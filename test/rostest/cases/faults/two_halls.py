@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import pytest
 from live_network import network_of
-from live_site import GATEWAY, OPERATOR, doers, is_local, post, router_of, site_on
+from live_site import GATEWAY, OPERATOR, doers, post, router_of, site_on
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 NORTH, SOUTH = "north", "south"
@@ -53,13 +53,10 @@ def test_robots_of_both_halls_do_what_is_posted(operator):
 
 
 @pytest.mark.usefixtures("operator")
-def test_nothing_but_the_routers_ports_is_reached_from_the_network(site):
+def test_nothing_but_the_routers_ports_is_reached_from_the_network(site, network):
     hosts = [host for hall in HALLS for host in hall]
-    open_ports = {
-        host: {each for each in site.listening_on(host) if not is_local(each)} for host in hosts
-    }
 
-    assert open_ports == {
+    assert {host: network.open_on(host) for host in hosts} == {
         host: {site.address_of(host)} if host in SERVED else set() for host in hosts
     }
 
