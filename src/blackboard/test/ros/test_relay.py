@@ -19,6 +19,7 @@ import rospy
 from robot_description.msg import Traffic, TrafficState, ZoneCommand
 from zenoh.handlers import Callback
 
+from blackboard.ros import relay as relay_module
 from blackboard.ros.relay import RELAYED, Relay
 from blackboard.zenoh import link as link_module
 from blackboard.zenoh.link import serialized
@@ -28,6 +29,9 @@ from blackboard.zenoh.session import Endpoints, Own, session_config
 WITHIN = 20.0  # a busy machine needs no longer [s]
 NOW, STAMPED = 70, 7
 """The time here, and of what somebody else has said [s]."""
+
+CLOSED = "closed"
+"""Says in a message that its topic has closed."""
 
 RELAY = "/a/robot"
 """The node of machine a's relay."""
@@ -70,7 +74,12 @@ class FakeTime:
 
 class Publisher:
     def __init__(self, published):
-        self.publish = published.put
+        self._published = published
+
+    def publish(self, message):
+        if getattr(message, "waits_for", "") == CLOSED:
+            raise rospy.ROSException("publish() to a closed topic")
+        self._published.put(message)
 
 
 class Machine:
@@ -262,6 +271,19 @@ def test_nothing_is_published_once_the_node_is_shut_down(ros):
         ros.say("/a/traffic", Traffic(name="robot1", waits_for=other))
 
     assert ros.next("/b/traffic").waits_for == "robot2"
+
+
+@pytest.mark.usefixtures("out")
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_topic_that_has_closed_is_an_error_unless_the_node_is_being_shut_down(
+    ros, monkeypatch, caplog, ends
+):
+    monkeypatch.setattr(relay_module, "is_shutting_down", lambda: ends)
+    for word in (CLOSED, "robot2"):
+        ros.say("/a/traffic", Traffic(name="robot1", waits_for=word))
+
+    assert ros.next("/b/traffic").waits_for == "robot2"
+    assert ("closed topic" in caplog.text) is not ends
 
 
 def test_messages_without_a_header_are_carried_too(ros, machines):

@@ -210,6 +210,7 @@ def test_the_demo_is_done_without_a_collision_though_its_leader_is_killed(machin
     for number, one in enumerate(ROBOTS):
         for other in ROBOTS[number + 1 :]:
             assert overlaps(one, poses[one], other, poses[other]) == []
+    assert logs_with("Traceback") == []
 
 
 @pytest.mark.usefixtures("operator")
@@ -230,6 +231,17 @@ def overlaps(one, poses, other, others):
         if footprint(one, *pose).intersects(footprint(other, *there)):
             found.append(time_)
     return found
+
+
+def logs_with(word):
+    """Return the logs of members that have a word."""
+    logs = [
+        log
+        for name in ("blackboard", "robot?-robot")
+        for log in Path(os.environ["ROS_LOG_DIR"]).rglob(f"{name}-*.log")
+    ]
+    assert len(logs) == len(MEMBERS)
+    return [str(each) for each in logs if word in each.read_text("utf-8", "replace")]
 
 
 def footprint(robot, x, y, yaw):

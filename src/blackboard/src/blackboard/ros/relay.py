@@ -20,6 +20,7 @@ from zenoh.handlers import Callback
 from blackboard.ros.traffic_kinds import TRAFFIC
 from blackboard.zenoh.access import key_of
 from blackboard.zenoh.link import deserialized, serialized
+from hive_common.ros.signals import is_shutting_down
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -119,6 +120,9 @@ class Relay:
             take(deserialized(kind, sample.payload), str(sample.key_expr).rpartition("/")[2])
         except (ValueError, genpy.DeserializationError) as error:
             self._refuse(topic, str(error))
+        except rospy.ROSException:
+            if not is_shutting_down():  # else its topics have closed
+                raise
 
     def take_out(self, topic: str, kind: type[genpy.Message]) -> None:
         """Say to others what this machine says on a topic, in messages of a type.
