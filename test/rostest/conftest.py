@@ -25,6 +25,7 @@ import psutil
 import pytest
 
 from hive_lab.runner import limits
+from hive_lab.runner.turns import turn
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,6 +40,8 @@ BUSY = (
     *("sockets", "mapping", "unknown_agv", "shared_processes", "without_simulator"),
 )
 """Files in which a whole fleet drives or starts, those that take longest first."""
+ALONE = ("launched_machines",)
+"""Files that need all processors; they begin, and no other file runs beside them."""
 START_AND_STOP = 45.0
 """Time that roslaunch may take around a test node [s]."""
 TIME_TO_STOP = 60.0
@@ -77,9 +80,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def _in_turns(files: list[RosTestItem]) -> Iterator[RosTestItem]:
-    """Yield one file that keeps processors busy, then two that mostly wait, and so on."""
+    """Yield those that run alone, then in turns a busy file and two that mostly wait."""
+    yield from (f for f in files if f.name in ALONE)
     busy = sorted((f for f in files if f.name in BUSY), key=lambda f: BUSY.index(f.name))
-    waiting = [f for f in files if f.name not in BUSY]
+    waiting = [f for f in files if f.name not in (*BUSY, *ALONE)]
     for number, file in enumerate(busy):
         yield file
         yield from waiting[2 * number : 2 * number + 2]
@@ -104,7 +108,8 @@ class RosTestItem(pytest.Item):
         """The test nodes, as the file calls them."""
         self.time_limit = limits.FILE + START_AND_STOP
         """How long rostest may take in all [s]."""
-        self.add_marker(pytest.mark.timeout(self.time_limit + TIME_TO_STOP + 15))
+        longest = self.time_limit + TIME_TO_STOP + 15
+        self.add_marker(pytest.mark.timeout(3 * longest))  # it may wait for two others, see `turn`
 
     def runtest(self) -> None:
         """Run the file under rostest and look at what it says and leaves.
@@ -116,6 +121,10 @@ class RosTestItem(pytest.Item):
             pytest.fail(
                 "needs the environment of the workspace: ./hive test rostest", pytrace=False
             )
+        with turn(Path(tempfile.gettempdir()), alone=self.name in ALONE):
+            self._run()
+
+    def _run(self) -> None:
         ros_home = Path(tempfile.mkdtemp(prefix=f"rostest-{self.name}-"))
         output = ros_home / "rostest.log"
         complaints = []

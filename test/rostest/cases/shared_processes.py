@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Robots that share a process do tasks, and look from outside like robots that do not."""
 
+import itertools
 import os
 import signal
+import time
 from pathlib import Path
 
 import pytest
@@ -115,10 +117,13 @@ def searches():
 def test_a_burst_is_planned_in_a_process_that_is_started_again_when_it_was_killed(operator):
     (search,) = searches()
     os.kill(search, signal.SIGKILL)
-    burst = ("B1", "B2", "B3")
-    for number, name in enumerate(burst):
-        operator.post(task(name, TaskMsg.GA, (4.0 + number, 4.0, 0.0)))
-
-    assert {operator.follow(name).robot_id for name in burst} <= set(ROBOTS)
-    assert len(searches() - {search}) == 1
+    numbers = itertools.count(1)
+    # On a busy machine the tasks of a burst may be given away one by one, without a search.
+    end = time.monotonic() + PATIENCE
+    while not searches() - {search}:
+        assert time.monotonic() < end, "no search was started again"
+        burst = [f"B{next(numbers)}" for _ in range(3)]
+        for place, name in enumerate(burst):
+            operator.post(task(name, TaskMsg.GA, (4.0 + place, 4.0, 0.0)))
+        assert {operator.follow(name).robot_id for name in burst} <= set(ROBOTS)
     assert operator.collisions == 0
