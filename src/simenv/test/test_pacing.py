@@ -170,13 +170,23 @@ def test_it_does_not_wait_for_a_robot_at_rest_or_one_driven_by_another_clock(per
     assert wall.now == 0.0
 
 
-def test_a_control_loop_that_has_died_is_waited_for_once():
+def test_a_control_loop_that_is_frozen_is_waited_for_once():
     lockstep, wall = driven(), Wall()
 
     late = [lockstep.wait(DUE, wall.listen, wall) for _ in range(3)]
 
     assert late == [("robot1",), (), ()]
     assert wall.now == pytest.approx(1.0)
+
+
+def test_a_control_loop_that_has_ended_is_not_waited_for():
+    lockstep, wall, processes = driven(), Wall(), ["control loop"]
+    lockstep.note("robot1", 0, PERIOD, moves=True, is_there=lambda: bool(processes))
+    wall.arrivals = [(0.3, processes.clear)]
+
+    assert lockstep.wait(DUE, wall.listen, wall) == ()
+    assert wall.now == pytest.approx(0.3)
+    assert lockstep.steps_until_due(DUE, STEP, 40) == 40
 
 
 def test_without_patience_it_waits_for_nobody():

@@ -6,6 +6,7 @@ import itertools
 import math
 import queue
 import subprocess
+import sys
 import threading
 import time
 
@@ -31,6 +32,22 @@ from hive_lab.runner.limits import PATIENCE
 COMMAND_WAIT = 60.0  # `command_wait` of the launch file [s, wall clock]
 STANDS = 1.0  # a clock that is silent for as long stands, or the machine does [s, wall clock]
 FAST, SLOW = 5.0, 0.2  # real-time factors: that of the launch file, and one to be in time
+
+DRIVER = """
+import sys
+import rospy
+from geometry_msgs.msg import Twist
+
+rospy.init_node("driver")
+topic = rospy.Publisher(sys.argv[1], Twist, queue_size=1, headers={"control_period": "0.1"})
+while not topic.get_num_connections():
+    rospy.rostime.wallsleep(0.01)
+turn = Twist()
+turn.angular.z = 0.05
+topic.publish(turn)
+rospy.spin()
+"""
+"""A control loop that commands once, and then no more."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -168,6 +185,17 @@ def test_simulated_time_waits_for_a_control_loop_that_has_fallen_silent(robot1, 
         clock.until(lambda message: message.clock.to_sec() > later, 0.8 * COMMAND_WAIT)
     driver.unregister()
     clock.until(lambda _: True)
+
+
+def test_simulated_time_does_not_wait_for_a_control_loop_whose_process_was_killed(robot1):
+    clock, odometry = Topic("/clock", Clock), Topic(f"{robot1}/odom", Odometry)
+    with subprocess.Popen([sys.executable, "-c", DRIVER, f"{robot1}/cmd_vel"]) as driver:
+        odometry.until(lambda message: message.twist.twist.angular.z > 0.0)
+        stands = clock.last(clock.until(lambda _: True)).clock.to_sec()
+        driver.kill()
+
+    later = stands + 3.0
+    clock.until(lambda message: message.clock.to_sec() > later, 0.8 * COMMAND_WAIT)
 
 
 def test_a_scan_comes_every_tenth_of_a_second(robot1):

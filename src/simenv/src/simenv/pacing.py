@@ -7,6 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hive_common.patience import listen_until
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -65,6 +67,7 @@ class _Driver:
     period: int  # between two commands [ns, simulated time]
     heard: int  # when its last command came [ns, simulated time]
     awaited: bool  # whether simulated time waits for its next one
+    is_there: Callable[[], bool]  # whether it can still send one
 
 
 class Lockstep:
@@ -73,15 +76,23 @@ class Lockstep:
     A control loop that follows /clock sends a command every period while its robot moves. Once a
     command is due, simulated time waits for it, so a busy machine makes a run slower and not
     different. A loop that lets the simulation wait for `timeout` is not waited for again until its
-    next command.
+    next command, and one that has ended is not waited for at all.
     """
 
     def __init__(self, timeout: float) -> None:
-        """Wait up to `timeout` [s, wall clock] for a command; 0 waits for none."""
+        """Wait up to `timeout` [s, see `listen_until`] for a command; 0 waits for none."""
         self._timeout = timeout
         self._drivers: dict[str, _Driver] = {}
 
-    def note(self, name: str, nanoseconds: int, period: float, *, moves: bool) -> None:
+    def note(
+        self,
+        name: str,
+        nanoseconds: int,
+        period: float,
+        *,
+        moves: bool,
+        is_there: Callable[[], bool] = lambda: True,
+    ) -> None:
         """Note a command.
 
         Args:
@@ -89,8 +100,10 @@ class Lockstep:
             nanoseconds: Simulated time [ns].
             period: Of the control loop [s]; 0 if it follows another clock.
             moves: Whether the robot moves with it; nobody repeats a command to stand still.
+            is_there: Says whether the control loop can still send a command.
         """
-        self._drivers[name] = _Driver(round(period * 1e9), nanoseconds, moves and period > 0.0)
+        awaited = moves and period > 0.0
+        self._drivers[name] = _Driver(round(period * 1e9), nanoseconds, awaited, is_there)
 
     def forget(self, name: str) -> None:
         """Forget a robot that was removed."""
@@ -109,9 +122,8 @@ class Lockstep:
         Returns:
             The robots whose commands did not come.
         """
-        end = wall() + self._timeout
-        while (late := self._due(nanoseconds)) and (left := end - wall()) > 0.0:
-            listen(left)
+        listen_until(lambda: not self._due(nanoseconds), self._timeout, listen, wall)
+        late = self._due(nanoseconds)
         for name in late:
             self._drivers[name].awaited = False
         return late
@@ -128,11 +140,14 @@ class Lockstep:
         return max(1, min(left, most, MAX_STEPS_DRIVEN))
 
     def _due(self, nanoseconds: int) -> tuple[str, ...]:
-        return tuple(
-            name
-            for name, driver in self._drivers.items()
-            if driver.awaited and nanoseconds - driver.heard >= driver.period
-        )
+        """Return whose commands are due, of the control loops that are still there."""
+        due = []
+        for name, driver in self._drivers.items():
+            if driver.awaited and nanoseconds - driver.heard >= driver.period:
+                driver.awaited = driver.is_there()
+                if driver.awaited:
+                    due.append(name)
+        return tuple(due)
 
 
 class Every:

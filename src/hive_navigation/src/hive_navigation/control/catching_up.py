@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hive_common.patience import listen_until
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -19,7 +21,7 @@ and time goes on by up to 0.05 s before they are told."""
 
 SLACK = 0.05  # how much later than after its period a scan is late [s, simulated time]
 ANNOUNCED = 0.3  # older than this an announcement is late [s, simulated time]; claims last longer
-PATIENCE = 0.8  # how long to wait [s, wall clock]; less than a simulator waits for a command
+PATIENCE = 0.8  # how long to wait [s, see `listen_until`]; less than a simulator waits
 MOVED_ON = 0.1  # after so long nobody waits for this loop [s, simulated time]
 LOOK = 0.002  # time between two looks whether all has come [s, wall clock]
 
@@ -34,7 +36,7 @@ class CatchingUp:
     Args:
         time: The time that the robot lives in [s].
         wall: A clock of the machine [s].
-        patience: How long to wait [s, wall clock].
+        patience: How long to wait [s, see `listen_until`].
     """
 
     def __init__(
@@ -59,15 +61,18 @@ class CatchingUp:
         Returns:
             What did not come in `patience`, in the order of its names.
         """
-        begun, end = self._time(), self._wall() + self._patience
-        while late := self._late(recent_until(), begun):
-            if self._time() - begun > MOVED_ON:
-                return ()
-            if self._wall() >= end:
-                self._in_time -= late
-                return tuple(sorted(late))
-            listen(LOOK)
-        return ()
+        begun = self._time()
+        late: set[str] = set()
+
+        def is_over() -> bool:
+            nonlocal late
+            late = self._late(recent_until(), begun)
+            return not late or self._time() - begun > MOVED_ON
+
+        if listen_until(is_over, self._patience, listen, self._wall, LOOK):
+            return ()
+        self._in_time -= late
+        return tuple(sorted(late))
 
     def _late(self, recent_until: Mapping[str, float], now: float) -> set[str]:
         """Return what is late now, of what was in time before."""

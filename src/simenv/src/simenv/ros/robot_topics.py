@@ -43,7 +43,7 @@ class RobotTopics:
     ROS Subscribers:
         <robot>/cmd_vel (geometry_msgs/Twist): linear x, y [m/s] and angular z [rad/s] count. If
             the publisher's connection header has a `control_period` [s], simulated time waits for
-            each command that is due.
+            each command that is due, as long as anybody publishes.
     ROS Actions:
         <robot>/pick: see `PickServer`; only for robots with an arm.
     """
@@ -92,7 +92,11 @@ class RobotTopics:
             return
         period = _control_period(twist._connection_header)  # noqa: SLF001  (rospy has no other way)
         now = self._simulation.nanoseconds
-        self._lockstep.note(self._name, now, period, moves=any(command))
+        self._lockstep.note(self._name, now, period, moves=any(command), is_there=self._has_driver)
+
+    def _has_driver(self) -> bool:
+        """Return whether anybody can still send a command."""
+        return bool(self._commands.get_num_connections())
 
     def collect(self, nanoseconds: int) -> list[tuple[rospy.Publisher, object]]:
         """Return the messages that are due after the step that ended at this time [ns]."""
