@@ -143,6 +143,82 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     assert (values[1]["x"], values[1]["sim"]) == ("2.6", "false")
 
 
+def launched(text, tmp_path, **options):
+    """Return the launch file of a fleet file's text: what is included, each with its values."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    root = ET.fromstring(launch_text(read_fleet(str(path)), **options))  # noqa: S314  (made here)
+    return [
+        (include.get("file").rpartition("/")[2], {a.get("name"): a.get("value") for a in include})
+        for include in root.iter("include")
+    ]
+
+
+def robots_of(included):
+    return {values["name"]: values for file, values in included if file == "robot.launch"}
+
+
+STOCK = GOOD.replace("  - name: bob\n", "  - name: bob\n    names: stock\n")
+
+
+def test_a_robot_with_stock_names_has_a_navigation_of_its_own(tmp_path):
+    robots = robots_of(launched(STOCK, tmp_path, sim=False))
+
+    assert robots["bob"]["names"] == "stock"
+    assert not {"navigation", "localization", "plan"} & set(robots["bob"])
+    assert "names" not in robots["amy"]
+
+
+def test_its_path_is_found_where_no_namespace_is(tmp_path):
+    text = STOCK.replace("names: stock", "names: stock\n    plan: move_base/Teb/plan")
+
+    assert robots_of(launched(text, tmp_path, sim=False))["bob"]["plan"] == "/move_base/Teb/plan"
+
+
+def test_all_robots_may_have_stock_names(tmp_path):
+    robots = robots_of(launched("names: stock\n" + GOOD, tmp_path, sim=False))
+
+    assert [robots[name]["names"] for name in ("amy", "bob")] == ["stock", "stock"]
+
+
+def test_in_the_simulator_stock_names_do_not_count(tmp_path):
+    included = launched("processes: each\n" + STOCK, tmp_path, sim=True, chart="lab")
+
+    assert "names" not in robots_of(included)["bob"]
+    assert ("map_server.launch", {"map": "lab", "respawn": "true"}) in included
+
+
+@pytest.mark.parametrize(
+    ("machine", "served"), [((), False), (("bob",), False), (("amy",), True)], ids=str
+)
+def test_the_map_is_that_of_a_robot_with_stock_names_where_it_is_on_the_machine(
+    tmp_path, machine, served
+):
+    included = launched(STOCK, tmp_path, sim=False, machine=machine, chart="lab")
+
+    assert ("map_server.launch" in {file for file, _ in included}) is served
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("navigation: ours", ["navigation", "'ours'", "names: stock", "none"]),
+        ("localization: amcl", ["localization", "'amcl'", "names: stock", "none"]),
+        ("driver: vda5050", ["names", "'stock'", "vda5050", "leave names out"]),
+    ],
+)
+def test_what_stock_names_exclude_is_refused(refusal, line, words):
+    said = refusal(STOCK.replace("names: stock", f"names: stock\n    {line}"))
+
+    assert all(word in said for word in words)
+
+
+def test_an_agv_is_not_meant_by_the_names_of_the_fleet(tmp_path):
+    text = GOOD.replace("  - name: bob\n", "  - name: bob\n    driver: vda5050\n")
+
+    assert list(robots_of(launched("names: stock\n" + text, tmp_path, sim=False))) == ["amy"]
+
+
 @pytest.mark.parametrize("name", ["lab", "mixed"])
 @pytest.mark.parametrize("sim", [True, False])
 def test_a_fleet_is_launched_in_whatever_namespace_its_launch_file_is(name, sim):

@@ -72,6 +72,42 @@ def test_every_mistake_of_every_file_is_a_line_and_ends_it_with_2(tmp_path, caps
     assert "fleet.yaml:1: robots[0].pose: robot1 cannot start at" in robot
 
 
+TWO = """
+names: stock
+zenoh:
+  members:
+    - {name: blackboard, address: "127.0.0.1:7450"}
+    - {name: robot1, address: "127.0.0.1:7451"}
+    - {name: robot2, address: "127.0.0.1:7452"}
+robots:
+  - {name: robot1, model: mir100, pose: [5, 5, 0]}
+  - {name: robot2, model: mir100, pose: [8, 5, 0]}
+"""
+
+
+def test_two_robots_with_stock_names_are_refused_on_one_ros_master(tmp_path, capsys):
+    (tmp_path / "fleet.yaml").write_text(TWO)
+    with pytest.raises(SystemExit) as ended:
+        launch_fleet.main(
+            ["--check", "--sim=false", str(tmp_path / "fleet.yaml")], standalone_mode=False
+        )
+
+    assert ended.value.code == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith("launch_fleet: names: robot1, robot2 have stock names")
+    assert "machine:=robot1" in line
+
+
+@pytest.mark.parametrize(
+    "words", [["--sim=true"], ["--sim=false", "--transport=zenoh", "--machine=robot1"]]
+)
+def test_they_are_good_in_the_simulator_and_on_a_master_each(tmp_path, capsys, words):
+    (tmp_path / "fleet.yaml").write_text(TWO)
+    launch_fleet.main(["--check", *words, str(tmp_path / "fleet.yaml")], standalone_mode=False)
+
+    assert capsys.readouterr().err == ""
+
+
 def test_the_places_of_the_world_and_the_fleets_own_chargers_can_be_named_as_goals(
     tmp_path, capsys
 ):

@@ -51,6 +51,10 @@ LOCALIZATIONS = ("fake_localization", "amcl", "none")
 NAVIGATIONS = ("ours", "none")
 """Whose `move_base` drives a robot: the hive's own, or that of another node."""
 
+NAMES = ("namespaced", "stock")
+"""Whether a real robot's own nodes have its name in front of theirs, or the names of ROS's stack,
+such as /move_base, because the robot has a ROS master of its own."""
+
 STOCK_PLAN = "move_base/NavfnROS/plan"
 """Where ROS's own `move_base` publishes its planned path with navfn."""
 
@@ -107,6 +111,8 @@ class FleetRobot:
     """None: as the fleet's."""
     plan: Annotated[str, _PLAN_TOPIC] | None = None
     """The topic of its planned path, to be shown; None: as the fleet's."""
+    names: Annotated[str, one_of(*NAMES)] | None = None
+    """What the topics of its own nodes are called, if it is real; None: as the fleet's."""
     driver: Annotated[str, one_of(*DRIVERS)] = "move_base"
     """What it is driven by."""
     simulated: bool = False
@@ -118,6 +124,11 @@ class FleetRobot:
     def is_agv(self) -> bool:
         """Whether it speaks VDA 5050."""
         return self.driver == "vda5050"
+
+    @property
+    def has_stock_names(self) -> bool:
+        """Whether its own nodes, if it is real, have the names of ROS's stack."""
+        return self.names == "stock" and not self.is_agv
 
 
 def plan_topic(robot: FleetRobot) -> str | None:
@@ -144,6 +155,8 @@ class FleetContent:
     """Whose `move_base` drives the robots: `ours`, or with `none` that of a node of their own."""
     plan: Annotated[str, _PLAN_TOPIC] | None = None
     """The topic of each robot's planned path; None: the usual one of its navigation."""
+    names: Annotated[str, one_of(*NAMES)] = "namespaced"
+    """What the topics of a real robot's own nodes are called."""
     battery: ChargingSettings = attrs.field(factory=ChargingSettings)
     """When robots charge."""
     chargers: tuple[Charger, ...] | None = None
@@ -203,6 +216,7 @@ def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
             localization=robot.localization or content.localization,
             navigation=robot.navigation or content.navigation,
             plan=robot.plan or content.plan,
+            names=robot.names or content.names,
         )
         for robot in content.robots
     )
@@ -212,7 +226,12 @@ def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
         zenoh = attrs.evolve(zenoh, certificates=str(folder.absolute()))
     given = attrs.asdict(content, recurse=False) | {"robots": robots, "zenoh": zenoh}
     fleet = Fleet(path=path, **given)
-    mistakes = [*_names(fleet), *_zones(fleet), *mistakes_in_connections(fleet)]
+    mistakes = [
+        *_names(fleet),
+        *_stock_names(path, content),
+        *_zones(fleet),
+        *mistakes_in_connections(fleet),
+    ]
     bases, bad_models = _bases(fleet)
     return fleet, [*mistakes, *bad_models, *_overlaps(fleet, bases)]
 
@@ -232,6 +251,27 @@ def _names(fleet: Fleet) -> Iterator[FileError]:
             )
             yield error_at(fleet.path, keys, problem)
         seen[robot.name] = index
+
+
+def _stock_names(path: Path, content: FleetContent) -> Iterator[FileError]:
+    """Yield what a robot with the names of ROS's stack cannot be told to have besides."""
+    for index, robot in enumerate(content.robots):
+        if "stock" not in (robot.names, content.names if robot.names is None else None):
+            continue
+        where = ("robots", index)
+        if robot.is_agv:
+            if robot.names is not None:
+                problem = "'stock'; an AGV with driver: vda5050 has no topics; leave names out"
+                yield error_at(path, (*where, "names"), problem)
+            continue
+        for key in ("navigation", "localization"):
+            given = getattr(robot, key)
+            if given not in (None, "none"):
+                problem = (
+                    f"'{given}'; allowed with names: stock: none, because nodes of the hive have "
+                    "the robot's name in front"
+                )
+                yield error_at(path, (*where, key), problem)
 
 
 def _zones(fleet: Fleet) -> Iterator[FileError]:

@@ -40,6 +40,7 @@ def launch_text(
     places: Mapping[str, Pose] = MappingProxyType({}),
     port: Callable[[], int] = free_port,
     machine: Collection[str] = (),
+    chart: str | None = None,
 ) -> str:
     """Return the launch file that starts a fleet's blackboard and robots.
 
@@ -49,7 +50,8 @@ def launch_text(
     `landmarks` are what the building's places are called, and `places` those that an operator can
     name as a goal, each with the pose of a robot there [map frame]. `port` gives one for a broker
     of the fleet's own, which AGVs that speak VDA 5050 need where the fleet names none. `machine`
-    names who runs on this machine, members and operators; if it names nobody, all do.
+    names who runs on this machine, members and operators; if it names nobody, all do. `chart` is
+    the map, a name in maps/ or a path, for a map server; a robot with stock names has its own.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
@@ -66,6 +68,8 @@ def launch_text(
         "bid_timeout": f"{fleet.bid_timeout:g}",
         "traffic": fleet.traffic,
     }
+    if chart is not None and (sim or not stock_robots(fleet, machine)):
+        lines += _map_server(chart)
     if not machine or BLACKBOARD in machine:
         lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     else:
@@ -78,13 +82,32 @@ def launch_text(
                 lines += _each(fleet, robot, sim=sim, stands_by=number < fleet.stand_by)
     if fleet.transport == "zenoh":
         lines += zenoh_lines(fleet, machine)
-        if not set(fleet.zenoh.operators).isdisjoint(machine):
-            for robot in fleet.robots:
-                if robot.name not in machine and robot.model:
-                    lines.append(_description(robot))
+        lines += _shown_elsewhere(fleet, machine)
     lines += agv_lines(fleet, port)
     lines.append("</launch>\n")
     return "\n".join(lines)
+
+
+def _map_server(chart: str) -> list[str]:
+    served = {"map": chart, "respawn": "true"}
+    return _include("$(find simenv)/launch/map_server.launch", served)
+
+
+def _shown_elsewhere(fleet: Fleet, machine: Collection[str]) -> list[str]:
+    """Return the lines by which an operator's machine shows robots of other machines."""
+    if set(fleet.zenoh.operators).isdisjoint(machine):
+        return []
+    others = [robot for robot in fleet.robots if robot.name not in machine]
+    return [_description(robot) for robot in others if robot.model]
+
+
+def stock_robots(fleet: Fleet, machine: Collection[str]) -> list[str]:
+    """Return which real robots on a machine have the names of ROS's stack; see `launch_text`."""
+    return [
+        robot.name
+        for robot in fleet.robots
+        if robot.has_stock_names and (not machine or robot.name in machine)
+    ]
 
 
 def blackboard_parameters(values: Mapping[str, object]) -> list[str]:
@@ -113,6 +136,9 @@ def _each(fleet: Fleet, robot: FleetRobot, *, sim: bool, stands_by: bool) -> lis
         "navigation": robot.navigation,
         "plan": robot.plan,
     }
+    if robot.has_stock_names and not sim:
+        plan = None if robot.plan is None else f"/{robot.plan}"
+        given = {"names": "stock", "plan": plan}
     values |= {name: value for name, value in given.items() if value is not None}
     return _include("$(find fleet_manager)/launch/robot.launch", values)
 

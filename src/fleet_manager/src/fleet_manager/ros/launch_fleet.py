@@ -19,7 +19,7 @@ from fleet_manager.config.fleet_file import (
     mistakes_over_zenoh,
     read_fleet_and_mistakes,
 )
-from fleet_manager.config.fleet_launch import launch_text
+from fleet_manager.config.fleet_launch import launch_text, stock_robots
 from fleet_manager.config.places import landmarks_of, places_of
 from fleet_manager.config.zenoh_launch import unknown_on
 from fleet_manager.errors import InputError
@@ -95,6 +95,7 @@ def launch_fleet(
             transport=transport or wanted.transport,
         )
         mistakes = [*mistakes, *_transport_mistakes(wanted, here)]
+        mistakes += [] if sim else _stock_mistakes(wanted, here)
     if wanted is None or mistakes:
         for mistake in mistakes:
             click.echo(f"launch_fleet: {mistake}", err=True)
@@ -111,7 +112,9 @@ def launch_fleet(
     landmarks = landmarks_of(building, wanted.chargers or ())
     places = dict(places_of(world)) if world is not None and sim else {}
     places |= {charger.name: charger.pose for charger in wanted.chargers or ()}
-    text = launch_text(wanted, sim=sim, landmarks=landmarks, places=places, machine=here)
+    text = launch_text(
+        wanted, sim=sim, landmarks=landmarks, places=places, machine=here, chart=chart
+    )
     if shown:
         click.echo(text, nl=False)
     else:
@@ -124,6 +127,17 @@ def _transport_mistakes(fleet: Fleet, machine: Sequence[str]) -> Iterator[HiveEr
         yield from mistakes_over_zenoh(fleet)
     if why := unknown_on(fleet, machine):
         yield InputError(f"machine: {why}")
+
+
+def _stock_mistakes(fleet: Fleet, machine: Sequence[str]) -> Iterator[HiveError]:
+    """Yield that several robots on one ROS master have the same names."""
+    here = stock_robots(fleet, machine)
+    if len(here) > 1:
+        yield InputError(
+            f"names: {', '.join(here)} have stock names, such as /move_base; allowed: one robot "
+            "on a ROS master. With transport: zenoh each has a master of its own, machine:="
+            f"{here[0]} on its machine"
+        )
 
 
 def _read(

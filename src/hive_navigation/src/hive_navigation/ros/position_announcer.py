@@ -34,7 +34,7 @@ class PositionAnnouncer:
     `amcl` publishes its pose only when the robot has moved, so the last one stays true; tf is
     newer while the robot drives.
 
-    ROS Subscribers: tf, from map to the robot's `base_footprint`; `amcl_pose`
+    ROS Subscribers: tf, from map to the robot's base; `amcl_pose`
         (geometry_msgs/PoseWithCovarianceStamped).
     ROS Publishers: `traffic` (robot_description/Traffic) of the hive.
     ROS Parameters: `characteristics` of the robot.
@@ -43,6 +43,8 @@ class PositionAnnouncer:
         names: The robot's names.
         transforms: What is known of tf.
         tell: Publishes an announcement in a frame.
+        base_frame: The frame of the robot's base; empty for `base_footprint` with the robot's
+            name in front.
 
     Raises:
         ParameterError: The robot has no model.
@@ -56,9 +58,10 @@ class PositionAnnouncer:
         names: RobotNames,
         transforms: tf2_ros.Buffer,
         tell: Callable[[Announcement, str], None],
+        base_frame: str = "",
     ) -> None:
         self._robot = ForeignRobot(names.robot, read_model(names).base)
-        self._base = f"{names.robot}/base_footprint"
+        self._base = base_frame or f"{names.robot}/base_footprint"
         self._transforms, self._tell = transforms, tell
         self._localized: Pose | None = None
         topic = names.of("amcl_pose")
@@ -90,7 +93,10 @@ class PositionAnnouncer:
 
 
 def main() -> int:
-    """Announce one robot's position; see `PositionAnnouncer`. Return the exit code."""
+    """Announce one robot's position; see `PositionAnnouncer`. Return the exit code.
+
+    ROS Parameters: `~base_frame`, the frame of the robot's base (ROBOT/base_footprint).
+    """
     return run_node("position_announcer", _run)
 
 
@@ -102,7 +108,8 @@ def _run() -> None:
     def tell(announcement: Announcement, frame: str) -> None:
         publisher.publish(traffic_to_msg(announcement, frame))
 
-    announcer = PositionAnnouncer(names, transforms, tell)
+    base_frame = str(rospy.get_param("~base_frame", ""))
+    announcer = PositionAnnouncer(names, transforms, tell, base_frame)
     while not rospy.is_shutdown():
         announcer.announce()
         try:
