@@ -65,7 +65,8 @@ class PositionAnnouncer:
         self._transforms, self._tell = transforms, tell
         self._localized: Pose | None = None
         topic = names.of("amcl_pose")
-        self._missing = f"no transform from {self._base} to {_MAP_FRAME} and nothing on {topic}"
+        heard = rospy.resolve_name(topic)  # it may be remapped
+        self._missing = f"no transform from {self._base} to {_MAP_FRAME} and nothing on {heard}"
         rospy.Subscriber(topic, PoseWithCovarianceStamped, self._localize, queue_size=1)
 
     def announce(self) -> None:
