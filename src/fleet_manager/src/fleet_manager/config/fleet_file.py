@@ -256,7 +256,7 @@ def _names(fleet: Fleet) -> Iterator[FileError]:
 def _stock_names(path: Path, content: FleetContent) -> Iterator[FileError]:
     """Yield what a robot with the names of ROS's stack cannot be told to have besides."""
     for index, robot in enumerate(content.robots):
-        if "stock" not in (robot.names, content.names if robot.names is None else None):
+        if (robot.names or content.names) != "stock":
             continue
         where = ("robots", index)
         if robot.is_agv:
