@@ -2,9 +2,9 @@
 """How long a test on real ROS or in a window may take until it counts as hung.
 
 No verdict depends on how long something takes: a test waits for what it expects, and these limits
-only end what hangs. On two processors with two other workers, a file on ROS takes 230 s at most,
-and a case a fraction of it. So a file that hangs ends some three minutes after its usual time, at
-worst five, and then gets the second look.
+only end what hangs. On two processors with two other workers, most files on ROS take less
+than 250 s, the longest has taken 460 s, and a case takes a fraction of it. A file that hangs ends
+after ten minutes at the latest, and then gets the second look.
 
 As a plugin of pytest, this ends a file after a case that has hung: those behind it would hang too.
 """
