@@ -179,6 +179,17 @@ def test_a_control_loop_that_is_frozen_is_waited_for_once():
     assert wall.now == pytest.approx(1.0)
 
 
+def test_it_waits_longer_on_a_machine_that_does_not_keep_up():
+    lockstep = driven(timeout=1.0)
+    wall = Wall((3.0, lambda: lockstep.note("robot1", DUE, PERIOD, moves=True)))
+
+    def listen(patience):
+        wall.listen(patience)
+        wall.now += 0.5  # without a processor
+
+    assert lockstep.wait(DUE, listen, wall) == ()
+
+
 def test_a_control_loop_that_has_ended_is_not_waited_for():
     lockstep, wall, processes = driven(), Wall(), ["control loop"]
     lockstep.note("robot1", 0, PERIOD, moves=True, is_there=lambda: bool(processes))

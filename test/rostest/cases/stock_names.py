@@ -79,10 +79,9 @@ def test_it_is_announced_by_the_transform_of_its_base_link(heard):
 
 
 def test_the_map_is_that_of_its_own_map_server():
-    assert rosgraph.Master("/stock_names").lookupNode("/map_server")
     publishers, _, _ = rosgraph.Master("/stock_names").getSystemState()
 
-    assert dict(publishers)["/map"] == ["/map_server"]
+    assert dict(publishers)["/map"] == ["/own_map"]
 
 
 def test_its_drive_ends_with_its_robot_node(operator, heard):

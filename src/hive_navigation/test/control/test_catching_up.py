@@ -16,11 +16,13 @@ class World:
         wall: [s]
         until: Until when each thing is recent, by its name [s].
         arrivals: What comes when on the wall clock: a time and what it does.
+        stalls: For how long the process has no processor after each look [s].
     """
 
     def __init__(self, **until):
         self.time, self.wall, self.until = 10.0, 0.0, until
         self.arrivals = []
+        self.stalls = 0.0
         self.loop = CatchingUp(lambda: self.time, lambda: self.wall, PATIENCE)
 
     def wait(self):
@@ -30,7 +32,7 @@ class World:
         self.arrivals.append((wall, lambda: self.until.update(until)))
 
     def _listen(self, most):
-        self.wall += most
+        self.wall += most + self.stalls
         for due in [each for each in self.arrivals if each[0] <= self.wall]:
             self.arrivals.remove(due)
             due[1]()
@@ -70,6 +72,14 @@ def test_a_sensor_that_has_died_is_waited_for_once():
 
     assert [world.wait() for _ in range(3)] == [("scan",), (), ()]
     assert world.wall == pytest.approx(PATIENCE, abs=2 * LOOK)
+
+
+def test_a_round_waits_longer_on_a_machine_that_does_not_keep_up():
+    world = known(scan=9.9)
+    world.stalls = 0.5
+    world.comes(3.0, scan=10.05)
+
+    assert world.wait() == ()
 
 
 def test_one_that_was_in_time_again_is_waited_for_again():

@@ -88,7 +88,7 @@ class SimulatorNode:
     def __init__(self, simulation: Simulation, rtf: float, command_wait: float) -> None:
         """Run a simulation `rtf` times as fast as wall time.
 
-        It waits up to `command_wait` [s, wall clock] for a command that is due.
+        It waits up to `command_wait` [s, see `listen_until`] for a command that is due.
         """
         self._simulation = simulation
         self._rtf = rtf
