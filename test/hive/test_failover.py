@@ -35,7 +35,7 @@ SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "600"))
 
 RECOVERED_BESIDE = "recovered beside a majority"
 
-DEFECTS = (2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35199, 35345, 37535, 54852)
+DEFECTS = (2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35199, 35345, 37535, 54852, 68373)
 
 POSTS = tuple(
     Post(8.0 + 3.0 * number, Task(f"T{number}", TaskType.GAB, (Pose(1.0, 2.0), Pose(number, 4.0))))
@@ -146,6 +146,14 @@ def test_a_person_recovers_hives_of_which_no_majority_is_left():
     assert not broken, broken[0].in_full()
     assert sum(bool(outcome.faults["recoveries"]) for outcome in lost) > 2 * len(lost) / 3
     assert all(outcome.faults["recoveries"] for outcome in by_mistake)
+
+
+@pytest.mark.parametrize(("name", "journals"), [("a busy robot", 1), (RECOVERED_BESIDE, 2)])
+def test_members_of_a_hive_that_waits_for_a_person_are_ended_and_join_the_other(name, journals):
+    outcome = run(DIRECTED[name])
+
+    assert not outcome.violation, outcome.in_full()
+    assert outcome.faults["journals moved away"] == journals
 
 
 def test_full_and_slow_disks_break_no_property():

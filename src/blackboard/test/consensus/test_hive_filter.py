@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Whom a member obeys: its own hive, and no epoch that is over."""
 
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -161,10 +162,10 @@ def test_a_member_joins_the_hive_it_has_waited_for():
     assert member.node.hive == "hive1"
 
 
-def only_member():
+def only_member(record=TaskRecord(TASK)):  # noqa: B008 (it is immutable)
     """Return the only member of a hive, with a task on its list."""
     member = Member("blackboard", MemoryJournal(new_hive("blackboard#1", "hive1")))
-    member.node.commit((TaskRecord(TASK),), lambda: None)
+    member.node.commit((record,), lambda: None)
     return member
 
 
@@ -181,6 +182,32 @@ def test_an_only_member_hands_its_tasks_over_before_it_joins_the_larger_hive():
     assert still_alone == "hive1"
     assert member.node.hive == "hive2"
     assert member.node.member.id != "blackboard#1"
+
+
+@pytest.mark.parametrize("state", [TaskState.ASSIGNED, TaskState.STARTED])
+def test_an_only_member_whose_robots_have_tasks_waits_for_a_person(state):
+    held = TaskRecord(TASK, state, robot="robot5", assignment=1)
+    member = only_member(held)
+
+    member.hear_beats("hive2", 1, seconds=1.0)
+    member.network.send(SYNC, TaskList(1, 5, (replace(held, robot="robot1"),), "hive2"))
+    member.hear_beats("hive2", 1, seconds=30.0)
+
+    assert member.node.hive == "hive1"
+    assert not member.node.may_act()
+    assert not member.posted()
+    assert (
+        "have a member join the other hive, stop it, move its journal"
+        in (member.talker.warnings[0])
+    )
+
+
+def test_an_only_member_whose_tasks_have_ended_joins_the_larger_hive():
+    member = only_member(TaskRecord(TASK, TaskState.DONE, robot="robot5", assignment=1))
+
+    member.hear_beats("hive2", 1, seconds=1.0)
+
+    assert member.node.hive == "hive2"
 
 
 def test_messages_of_its_own_blackboard_do_not_count_as_an_answer():
@@ -263,12 +290,12 @@ def test_a_smaller_hive_waits_again_for_a_larger_one_that_was_silent_meanwhile()
     assert not member.node.may_act()
 
 
-@pytest.mark.parametrize(("version", "goes_on"), [(6, True), (7, False)])
+@pytest.mark.parametrize(("version", "goes_on"), [(1, True), (2, False)])
 def test_a_member_that_lacks_what_its_leader_has_told_may_not_know_the_size_of_its_hive(
     version, goes_on
 ):
     member = only_member()
-    member.hear_beats("hive0", 3, seconds=0.2, members=("robot1",), version=7)
+    member.hear_beats("hive0", 3, seconds=0.2, members=("robot1",), version=2)
 
     member.tell_of(2, echo=member.network.now, version=version, hive="hive0")
 
@@ -289,6 +316,34 @@ def test_a_member_answers_the_leader_of_a_smaller_hive(members, answers):
     ]
 
     assert told == [("hive1", 2, ("robot4",))] * answers
+
+
+@pytest.mark.parametrize(
+    ("other", "version", "goes_on"),
+    [
+        ("hive2", 2, True),  # its own list has version 3
+        ("hive2", 3, False),
+        ("hive0", 3, True),
+        ("hive0", 4, False),
+    ],
+)
+def test_of_two_hives_as_large_the_one_that_has_committed_less_gives_way(other, version, goes_on):
+    member = only_member()
+
+    member.hear_beats(other, 1, seconds=1.0, members=("robot1",), version=version)
+
+    assert member.node.may_act() == goes_on
+
+
+def test_a_member_without_a_vote_knows_from_its_leader_how_much_its_hive_has_committed():
+    member = Member()
+    member.hear_beats("hive1", 3, seconds=1.0, leader="robot1", members=("robot1",), version=7)
+
+    member.hear_beats("hive2", 1, seconds=1.0, leader="robot2", members=("robot2",), version=6)
+    stays = member.node.hive
+    member.hear_beats("hive2", 1, seconds=1.0, leader="robot2", members=("robot2",), version=8)
+
+    assert (stays, member.node.hive) == ("hive1", "hive2")
 
 
 def test_a_larger_hive_goes_on():

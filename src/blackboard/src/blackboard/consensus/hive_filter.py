@@ -3,14 +3,14 @@
 
 Every hive has a random id, which its members put into their messages to each other and to robots.
 No message passes from one hive to another. If two hives hear each other, the one with fewer
-members pauses (docs/decisions/024). Members of a hive that a person has recovered as another one
-join that.
+members pauses; with as many, the one that has committed less (docs/decisions/024). Members of a
+hive that a person has recovered as another one join that.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from blackboard.consensus.bootstrap import Handover, new_member
 from blackboard.consensus.member import Role, name_of
@@ -27,6 +27,18 @@ if TYPE_CHECKING:
     from blackboard.consensus.member import Member
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.talker import Talker
+
+
+class _Hive(NamedTuple):
+    """What is known of a hive. Of two that hear each other, the one that compares greater goes on.
+
+    A founder without robots is as large as a hive that has lost all members but its leader. That
+    one has committed more, unless it is as young.
+    """
+
+    size: float  # members; infinite if a person has recovered this hive as that one
+    version: int  # of its task list
+    id: str
 
 
 class HiveFilter(Protocol):
@@ -105,8 +117,10 @@ class MemberFilter:
         self._patience = patience
         self._told_of: dict[str, tuple[float, float]] = {}
         self._committed: dict[str, int] = {}  # by the other hive, as its leaders have said
-        self._larger: tuple[str, float, float] | None = None  # its id, its size, and when heard
+        self._larger: _Hive | None = None
+        self._larger_heard = -math.inf  # when
         self._own_size = 0
+        self._own_version = 0
         self._handover: Handover | None = None
         self._warned: set[str] = set()
         self._needless: set[str] = set()
@@ -131,7 +145,7 @@ class MemberFilter:
             return False
         if message.hive == own.hive:
             if isinstance(message, Heartbeat):
-                self._own_size = len(message.members)
+                self._own_size, self._own_version = len(message.members), message.version
             return not isinstance(message, AppendReply) or own.role is Role.LEADER
         if message.hive and isinstance(message, Heartbeat | AppendReply):
             self._hear_other(message, own)
@@ -145,16 +159,16 @@ class MemberFilter:
         """Id of the hive for which this one pauses now; empty if it does not."""
         if self._larger is None:
             return ""
-        hive, _, heard = self._larger
-        return hive if self._talker.now() - heard < self._timeout else ""
+        is_there = self._talker.now() - self._larger_heard < self._timeout
+        return self._larger.id if is_there else ""
 
     def pauses(self, own: Member) -> bool:
         """Return whether the hive pauses for a larger one; if so, prepare to join that.
 
-        Only a member without a vote may join, or the only member of its hive; and every member of
-        a hive that was recovered as the larger one.
+        Only a member without a vote may join, or the only member of a hive in which no robot has a
+        task; and every member of a hive that was recovered as the larger one.
         """
-        if self._larger is not None and not self._is_larger(*self._larger[:2], own):
+        if self._larger is not None and not self._is_larger(self._larger, own):
             self._larger = None  # this hive has grown since, or the other one has lost members
         larger = self.larger_hive
         recovered = succeeds(larger, own.hive) and larger not in self._needless
@@ -179,7 +193,7 @@ class MemberFilter:
             return None
         hive = self.larger_hive
         self._end_handover()
-        self._larger = None
+        self._larger, self._own_version = None, 0
         return new_member(self._name, random, hive)
 
     def obeys(self, hive: str, epoch: int, own: Member) -> bool:
@@ -207,7 +221,8 @@ class MemberFilter:
         answers the heartbeats that it hears from there.
         """
         other, now = message.hive, self._talker.now()
-        pauses = self._is_larger(other, _size(message), own)
+        theirs = _hive_of(message)
+        pauses = self._is_larger(theirs, own)
         if isinstance(message, Heartbeat):
             self._told_of.pop(other, None)
             self._committed[other] = max(message.version, self._committed.get(other, 0))
@@ -217,8 +232,8 @@ class MemberFilter:
             return  # it answers none of this leader's heartbeats
         elif self._told_for(other, now) > self._patience:
             return  # it may never have a leader again
-        if pauses or (self._larger is not None and self._larger[0] == other):
-            self._larger = other, _size(message), now
+        if pauses or (self._larger is not None and self._larger.id == other):
+            self._larger, self._larger_heard = theirs, now
         if not pauses and isinstance(message, Heartbeat):
             self._tell_of(own, message.leader, message.sent)
         verdict = f"{other} {'goes on' if pauses else 'pauses'}"
@@ -233,7 +248,8 @@ class MemberFilter:
         else:
             then = (
                 "its own hive gives way and pauses while it hears the other. To have a member "
-                "join the other hive, stop it, move its journal away and start it again"
+                "join the other hive, stop it, move its journal away and start it again; then "
+                "post again what the other list lacks"
             )
         self._talker.warn(
             f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {other} "
@@ -267,7 +283,7 @@ class MemberFilter:
         now = self._talker.now()
         if now - own.heard <= self._patience:
             return
-        self._larger = other, math.inf, now
+        self._larger, self._larger_heard = _Hive(math.inf, 0, other), now
         if other in self._warned:
             return
         self._warned.add(other)
@@ -289,9 +305,10 @@ class MemberFilter:
         self._told_of[other] = first, now
         return now - first
 
-    def _is_larger(self, other: str, size: float, own: Member) -> bool:
-        """Return whether a hive of a size, rather than this one, goes on when the two meet."""
-        return (size, other) > (self._size_of(own), own.hive)
+    def _is_larger(self, other: _Hive, own: Member) -> bool:
+        """Return whether another hive, rather than this one, goes on when the two meet."""
+        version = max(self._own_version, own.log.committed)
+        return other > _Hive(self._size_of(own), version, own.hive)
 
     def _size_of(self, own: Member) -> int:
         """Return how many members this member's hive has."""
@@ -315,9 +332,11 @@ class MemberFilter:
         self._talker.publish(BB_ACK, answer, answer.to)
 
 
-def _size(message: Heartbeat | AppendReply) -> int:
-    """Return how many members the sender's hive has."""
-    return len(message.members) if isinstance(message, Heartbeat) else message.members
+def _hive_of(message: Heartbeat | AppendReply) -> _Hive:
+    """Return what the sender says of its hive."""
+    members = message.members
+    size = len(members) if isinstance(members, tuple) else members
+    return _Hive(size, message.version, message.hive)
 
 
 def _described(message: Heartbeat | AppendReply) -> str:
@@ -328,5 +347,11 @@ def _described(message: Heartbeat | AppendReply) -> str:
 
 
 def _may_leave(own: Member) -> bool:
-    """Return whether a member may join another hive: nobody else counts on its disk."""
-    return own.members == (own.id,) or own.id not in own.members
+    """Return whether a member may join another hive: nobody else counts on its disk.
+
+    Robots without a vote may be at tasks of a hive that has no other member left. The other hive
+    may have tasks with the same ids, and would have them begun beside those.
+    """
+    if own.members == (own.id,):
+        return not any(record.is_held for record in own.log.latest.records.values())
+    return own.id not in own.members

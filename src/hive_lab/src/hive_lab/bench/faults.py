@@ -54,7 +54,6 @@ class _Sum:
     events: int = 0
     takeovers: int = 0
     hours: float = 0.0
-    left_behind: int = 0
     took: float = 0.0
     faults: Counter[str] = field(default_factory=Counter)
     exercised: Counter[str] = field(default_factory=Counter)
@@ -66,7 +65,6 @@ class _Sum:
         self.events += result.events
         self.takeovers += result.takeovers
         self.hours += result.lasted / 3600.0
-        self.left_behind += result.ended["left behind"]
         self.faults.update(result.faults)
         self.exercised.update(result.exercised.keys())
         if result.violation:
@@ -74,7 +72,7 @@ class _Sum:
 
     def add_kept(self, kept: Mapping[str, Any]) -> None:
         """Add a sum that was kept, as `vars` made it."""
-        for name in ("schedules", "events", "takeovers", "hours", "left_behind", "took"):
+        for name in ("schedules", "events", "takeovers", "hours", "took"):
             setattr(self, name, getattr(self, name) + kept[name])
         self.faults.update(kept["faults"])
         self.exercised.update(kept["exercised"])
@@ -91,7 +89,6 @@ class _Sum:
             "takeovers": float(self.takeovers),
             "violations": float(len(self.bad)),
             "first_violation": float(min(self.bad, default=-1)),
-            "left_behind": float(self.left_behind),
         }
         faults = sorted(self.faults.items())
         return (
@@ -122,10 +119,10 @@ def run(
 
     Returns:
         Schedules per second and in all, events per second, hours of virtual time, takeovers,
-        violations, the seed of the first violation (-1 if none), tasks left behind in a second
-        hive, faults by kind, and in how many schedules each of `FEATURES` happened; takeovers in
-        10 hours with 30 % of the messages lost, and for each of 100 freezes of the leader for 5 s,
-        with the longest time until another leader was heard [s].
+        violations, the seed of the first violation (-1 if none), faults by kind, and in how many
+        schedules each of `FEATURES` happened; takeovers in 10 hours with 30 % of the messages
+        lost, and for each of 100 freezes of the leader for 5 s, with the longest time until
+        another leader was heard [s].
         Aims: no violation, no takeover by losses, one for each freeze within 1 s, no rivals.
 
     Raises:

@@ -32,7 +32,8 @@ def workers(method: str = "fork") -> Iterator[Executor]:
         pool.shutdown(wait=False, cancel_futures=True)
         for each in set(multiprocessing.active_children()) - others:
             each.terminate()
-            each.join()
+            while each.is_alive():  # `join` returns too early where the pool waits for it as well
+                each.join(0.1)
         raise
     pool.shutdown()
 

@@ -87,6 +87,19 @@ def _few_asked(schedule: FaultSchedule, *kits: RobotKit) -> FaultSchedule:
     return replace(schedule, board=evolve(schedule.board, most_asked=1), kits=kits)
 
 
+def _with_learner(schedule: FaultSchedule, *aside: str) -> FaultSchedule:
+    """Return a schedule in which some robots are learners."""
+    return replace(schedule, aside=aside)
+
+
+def _posted_and_cancelled(at: float, count: int) -> tuple[Happening, ...]:
+    """Return tasks that are posted from a time on, and cancelled within 4 s [s]."""
+    names = [f"X{number}" for number in range(count)]
+    posts = (Post(at + 0.1 * number, _another(name)) for number, name in enumerate(names))
+    ends = (Cancel(at + 2.0 + 0.1 * number, name) for number, name in enumerate(names))
+    return (*posts, *ends)
+
+
 def _impatient(schedule: FaultSchedule, *kits: RobotKit) -> FaultSchedule:
     """Return a schedule in which tasks are soon overdue, with robots as given."""
     board = evolve(schedule.board, overdue_factor=1.0, overdue_grace=1.0)
@@ -230,15 +243,43 @@ _LATE_HANDBACK = (
     Crash(12.05, "robot1", 0.3),
 )
 
-# The blackboard node loses its disk and bootstraps another hive, and robot1 is left alone in the
-# first one. It hands T1 over and joins the other hive, in which T1 has a lower number and is
-# cancelled. Then only robot1 can do T2.
+# The blackboard node loses its disk while it is cut off, and bootstraps another hive, in which T1
+# is posted anew. Tasks that are posted and cancelled there make its list the longer one. Robot1
+# has lost all other members of the first hive when the two meet; robot2, a learner, has T1 there.
+_LONE_HIVE = (
+    SetState(6.5, "robot2", "defect"),
+    SetState(6.5, "robot3", "defect"),
+    SetState(9.0, "robot2", "idle"),
+    SetState(9.3, "robot1", "defect"),
+    SetState(11.0, "robot1", "idle"),
+    Cut(12.0, (BLACKBOARD, OPERATOR), 17.9),
+    Crash(12.5, BLACKBOARD, 0.3, disk_lost=True),
+    Post(18.0, replace(_tour(40, 0.5), priority=9), anew=True),
+    *_posted_and_cancelled(18.1, 8),
+    Loss(26.0, ("robot3",)),
+)
+
+# Only robot1 hears the other hive.
+_BUSY_ROBOT = (*_LONE_HIVE, Cut(12.0, (BLACKBOARD,), 24.0, others=("robot2",)))
+
+# Robot2 joins the other hive, in which T1 has a lower number and is cancelled. Only robot2 can do
+# T2.
 _OTHER_HIVE = (
-    Cut(12.7, (BLACKBOARD,), 14.7),
+    *_LONE_HIVE,
+    Cancel(21.0, "T1"),
+    Loss(32.0, ("robot1",)),
+    Post(33.0, _another("T2")),
+)
+
+# The blackboard node bootstraps another hive as above, and robot1 is frozen while the first one
+# goes on without it. It gives way to the other hive just before its own has two members again.
+# Only then the blackboard node hears of robot1's hive, and gives way to that.
+_SWAPPED_HIVES = (
+    Cut(12.7, (BLACKBOARD, OPERATOR), 14.7),
     Cut(12.7, (BLACKBOARD,), 24.0, others=("robot2",)),
     Crash(13.6, BLACKBOARD, 0.5, disk_lost=True),
-    Freeze(25.8, "robot1", 4.0),
-    Cancel(30.2, "T1"),
+    *_posted_and_cancelled(17.0, 9),
+    Freeze(25.8, "robot1", 4.1),
     Post(33.0, _another("T2")),
 )
 
@@ -396,6 +437,7 @@ _OLD_SIZE = (
     Cut(12.0, (BLACKBOARD, OPERATOR), 14.9),
     Crash(12.5, BLACKBOARD, 0.3, disk_lost=True),
     Post(18.0, _another("T2")),
+    *_posted_and_cancelled(18.5, 10),
     Cut(24.8, (LEADER,), 5.4),
 )
 
@@ -411,15 +453,13 @@ _WORK = (
     # With other small delays, the blackboard node is back in the first hive before robot2, which
     # has joined the second, gets a vote there.
     _schedule("a short-lived hive", *_SECOND_HIVE, robots=4, keep_ended=1.0, seed=2000),
-    _schedule("another hive", *_OTHER_HIVE, task=_tour(18, 0.5), seed=3),
-    # Robot1 gives way to the other hive just before its own has two members. Only then the
-    # blackboard node hears of robot1's hive, and gives way to that.
-    _schedule(
-        "swapped hives",
-        *(each for each in _OTHER_HIVE if not isinstance(each, Cancel)),
-        task=_tour(18, 0.5),
-        seed=34,
+    _with_learner(
+        _schedule("a busy robot", *_BUSY_ROBOT, task=_tour(40, 0.5), robots=3, seed=1), "robot2"
     ),
+    _with_learner(
+        _schedule("another hive", *_OTHER_HIVE, task=_tour(40, 0.5), robots=3, seed=1), "robot2"
+    ),
+    _schedule("swapped hives", *_SWAPPED_HIVES, task=_tour(18, 0.5), seed=177),
     _schedule("a forgotten order", *_FORGOTTEN_ORDER, keep_ended=0.1, seed=194),
     _schedule("an old size", *_OLD_SIZE, task=_tour(40, 0.5), seed=6),
     _impatient(

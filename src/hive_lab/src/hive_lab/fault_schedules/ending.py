@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What must hold after a long calm: one hive has a leader, and every task has ended."""
+"""What must hold after a long calm: there is one hive, and every task has ended."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from blackboard.consensus.member import Role
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Callable, Collection, Iterator, Mapping
 
+    from blackboard.consensus.member import Member
     from blackboard.domain.record import TaskRecord
     from hive_lab.fault_schedules.history import History
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
@@ -53,7 +54,7 @@ class Ending:
         return {**ended, **self._hives[self.greatest()].truth}
 
     def is_over(self) -> bool:
-        """Return whether one hive has a leader, and every task has ended or is left behind.
+        """Return whether there is one hive, and every task has ended.
 
         Nor may any robot repeat a report that the hive does not answer.
         """
@@ -61,7 +62,7 @@ class Ending:
             return False
         truth = self.truth
         over = {task_id for task_id, record in truth.items() if self._is_over(record)}
-        return set(self._tasks) <= over | self.left_behind()
+        return set(self._tasks) <= over
 
     def _is_over(self, record: TaskRecord) -> bool:
         """Return whether a task has ended, or needs a robot that there is not."""
@@ -102,12 +103,13 @@ class Ending:
         return bool(chargers) and robot.battery.level <= 0.0 and chargers <= blocked
 
     def greatest(self) -> str:
-        """Return the id of the hive that most members belong to."""
+        """Return the id of the hive that goes on: one with a leader, else that of most members."""
         known = [each.disk.hard_state for each in self._members.values() if not each.gone]
         hives = Counter(
             hard_state.hive for hard_state in known if hard_state is not None and hard_state.hive
         )
-        return max(hives, key=lambda hive: (hives[hive], hive), default="")
+        led = self._led()
+        return max(hives, key=lambda hive: (hive in led, hives[hive], hive), default="")
 
     def check(self) -> None:
         """Check that there is one hive and that every task has ended."""
@@ -117,8 +119,6 @@ class Ending:
             self._broken("it goes on", f"{', '.join(told)}, unanswered")
         for task_id in sorted(self._tasks):
             record = self.truth.get(task_id)
-            if task_id in self.left_behind():
-                continue
             if record is None:
                 self._broken("it goes on", f"{task_id} was never accepted")
             elif not self._is_over(record):
@@ -139,44 +139,19 @@ class Ending:
             if member.disk.hard_state.hive == self.greatest()
         ]
 
-    def left_behind(self) -> set[str]:
-        """Return the tasks that only a hive knows which gives way to another and has said so.
-
-        That hive has several members. It waits for a person to end it, who then posts them again.
-        """
-        known = self.truth
-        return {
-            task_id
-            for hive in self._running_hives()
-            if hive != self.greatest() and self._is_reported(hive)
-            for task_id in self._hives[hive].truth
-            if task_id not in known
-        }
-
-    def _is_reported(self, hive: str) -> bool:
-        return any(
-            f"belongs to hive {hive}" in warning
-            for member in self._members.values()
-            for warning in member.host.warnings
-        )
-
     def is_one_hive(self) -> bool:
-        """Return whether one hive has a leader, and lone members of others have joined it.
+        """Return whether all members that run belong to the same hive."""
+        return len(self._running_hives()) <= 1
 
-        Other hives may be left whose members wait for a person.
-        """
-        return not any(
-            hive != self.greatest() and (members <= 1 or leader)
-            for hive, (members, leader) in self._running_hives().items()
-        )
+    def _running_hives(self) -> set[str]:
+        return {member.hive for member in self._running()}
 
-    def _running_hives(self) -> dict[str, tuple[int, int]]:
-        """Return for each hive how many members it has, and how many leaders."""
-        found: dict[str, tuple[int, int]] = {}
+    def _led(self) -> set[str]:
+        """Return the hives in which a member is the leader."""
+        return {member.hive for member in self._running() if member.role is Role.LEADER}
+
+    def _running(self) -> Iterator[Member]:
+        """Return the states of all members that run."""
         for each in self._members.values():
             if each.host.up and each.node is not None:
-                member = each.node.member
-                listed, leader = found.get(member.hive, (0, 0))
-                leader += member.role is Role.LEADER
-                found[member.hive] = max(listed, len(member.members)), leader
-        return found
+                yield each.node.member

@@ -90,6 +90,10 @@ class FaultInjector:
         """End a member's process, as a person does, and start it again after a moment."""
         self._stop_process(Crash(self._network.now, name, 1.0))
 
+    def move_journal_away(self, name: str) -> None:
+        """End a member's process, move its journal away and start it again, as a person does."""
+        self._stop_process(Crash(self._network.now, name, 1.0, disk_lost=True))
+
     def boot(self, member: SimulatedMember) -> None:
         """Start a member, unless it runs or is gone."""
         if member.host.up or member.gone:

@@ -200,6 +200,14 @@ class ProtocolChecker:
         self.loads.unclear |= behind
         return sorted(behind - listed.keys() - new.forgotten.keys())
 
+    def hive_ended(self, hive: str) -> Sequence[str]:
+        """Allow the open tasks of a hive to be done again that a person has ended; return them."""
+        records = self._hives[hive].truth.items()
+        left = [task for task, record in records if not record.state.is_terminal]
+        self._lost.update(left)
+        self.loads.unclear.update(left)
+        return left
+
     def _is_known_as_done(self, task: str) -> bool:
         records = (
             hive.truth.get(task) or hive.forgotten.get(task) for hive in self._hives.values()

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator who recovers a simulated hive whose majority is gone for good.
+"""The person who looks after a simulated hive when all is calm, and does what the log says.
 
-A person looks after the hive when all is calm: where no member leads and no majority is left, one
-member goes on alone (`hive recover --force-members`). Then the person posts again what its list
-lacks.
+Where no member leads and no majority is left, one member goes on alone (`hive recover
+--force-members`). Where a second hive waits for a person, its members are ended and start again
+without their journals. Then the person posts again what the list lacks.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from blackboard.consensus.journal import HardState
+    from blackboard.consensus.member import Member
     from blackboard.domain.task import Task
     from hive_lab.fault_schedules.harness import Harness
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
@@ -28,7 +29,7 @@ _EVERY = 15.0
 
 
 class Rescuer:
-    """Recovers one hive.
+    """Recovers one hive, or ends another one beside it.
 
     Args:
         harness: The hive, and everything that watches it.
@@ -44,6 +45,20 @@ class Rescuer:
         if (state := hopeless(self._harness.members)) is not None:
             self.recover(state)
         self._harness.network.schedule(_EVERY, None, self.watch, None)
+
+    def end_other_hives(self, waited: frozenset[tuple[str, str]] = frozenset()) -> None:
+        """Move away the journals of members that wait for a person, and look again later.
+
+        Args:
+            waited: The members that waited at the look before, and the hive of each.
+        """
+        waiting = waiting_for_a_person(self._harness.members.values())
+        for name, hive in sorted(waited & waiting):
+            self._harness.injector.faults["journals moved away"] += 1
+            self._harness.injector.move_journal_away(name)
+            if hive not in {each for _, each in waiting - waited}:
+                self._post_again(self._harness.checker.hive_ended(hive))
+        self._harness.network.schedule(_EVERY, None, self.end_other_hives, waiting - waited)
 
     def recover_with(self, name: str) -> None:
         """Have a member go on alone, whatever has become of the others.
@@ -65,9 +80,12 @@ class Rescuer:
         after = recovered(state, harness.random)
         member.disk.hard_state = after
         missing = harness.checker.recovered(state, after)
-        harness.injector.faults["tasks posted again after a recovery"] += len(missing)
+        self._post_again(missing)
+
+    def _post_again(self, missing: Iterable[str]) -> None:
         for task_id in missing:
             if task_id in self._tasks:  # and no part of one
+                self._harness.injector.faults["tasks posted again by a person"] += 1
                 self._post(task_id)
 
     def _post(self, task_id: str) -> None:
@@ -76,6 +94,25 @@ class Rescuer:
         if not harness.checker.has_listed(task_id):
             harness.network.send(harness.operator, NEW_TASK, self._tasks[task_id])
             harness.network.schedule(REPEAT, None, self._post, task_id)
+
+
+def waiting_for_a_person(members: Iterable[SimulatedMember]) -> frozenset[tuple[str, str]]:
+    """Return the members of hives that wait beside the only one with a leader; see `Rescuer`.
+
+    A member joins that hive by itself if it has no vote, or if it is the only member of its hive
+    and no robot has a task of that.
+    """
+    states = {each.name: each.node.member for each in members if each.host.up and each.node}
+    led = {member.hive for member in states.values() if member.role is Role.LEADER}
+    if len(led) != 1:
+        return frozenset()
+    others = {name: each for name, each in states.items() if each.hive and each.hive not in led}
+    return frozenset((name, each.hive) for name, each in others.items() if _may_not_leave(each))
+
+
+def _may_not_leave(member: Member) -> bool:
+    at_work = any(record.is_held for record in member.log.latest.records.values())
+    return member.id in member.members and (len(member.members) > 1 or at_work)
 
 
 def hopeless(members: Mapping[str, SimulatedMember]) -> HardState | None:

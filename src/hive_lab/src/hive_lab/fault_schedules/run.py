@@ -54,8 +54,7 @@ class RunResult:
         events: How many events happened.
         faults: Faults by kind, lost messages and the like included.
         takeovers: How often a member became leader.
-        ended: Tasks by terminal state; "left behind" counts those in a hive that gives way to
-            another one and waits for a person.
+        ended: Tasks by terminal state.
         lasted: Virtual time [s].
         exercised: How often each of `FEATURES` happened.
     """
@@ -122,6 +121,7 @@ class Run(Harness):
             self.network.run(end)
             self.injector.calm_down()
             self._set_all_idle(None)
+            self._rescuer.end_other_hives()
             if self.schedule.scenario not in {BY_HAND, *DIRECTED}:
                 self._rescuer.watch()
             self.network.run(end + CALM, ending.is_over)
@@ -129,7 +129,6 @@ class Run(Harness):
         except Violation as broken:
             violation = str(broken)
         ended = Counter(record.state.name for record in ending.truth.values())
-        ended["left behind"] = len(ending.left_behind())
         return RunResult(
             self.schedule,
             violation,

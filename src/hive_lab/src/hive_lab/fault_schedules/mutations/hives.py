@@ -42,7 +42,15 @@ def take_any_list_for_the_other_hives(patch):
 
 
 def stay_without_a_vote_in_a_smaller_hive(patch):
-    patch.setattr(hive_filter, "_may_leave", lambda own: own.members == (own.id,))
+    may_leave = hive_filter._may_leave
+    patch.setattr(hive_filter, "_may_leave", lambda own: own.id in own.members and may_leave(own))
+
+
+def leave_a_hive_whose_robots_have_tasks(patch):
+    may_leave = hive_filter._may_leave
+    patch.setattr(
+        hive_filter, "_may_leave", lambda own: own.members == (own.id,) or may_leave(own)
+    )
 
 
 def leave_for_a_hive_that_is_smaller_by_now(patch):
@@ -78,11 +86,12 @@ def wait_for_an_epoch_of_the_hive_before(patch):
 
 
 MUTATIONS = (
-    Mutation(listen_to_every_hive, (1, "a founder alone")),
+    Mutation(listen_to_every_hive, (0, "a founder alone")),
     Mutation(join_without_handing_over, (51, "lost disks")),
     Mutation(give_way_only_to_a_leader, "second hive", bug="second hive"),
     Mutation(take_any_list_for_the_other_hives, (1, "a founder alone"), bug="3073"),
     Mutation(stay_without_a_vote_in_a_smaller_hive, "a short-lived hive", bug="3153"),
+    Mutation(leave_a_hive_whose_robots_have_tasks, "a busy robot", bug="68373"),
     Mutation(leave_for_a_hive_that_is_smaller_by_now, "swapped hives", bug="swapped hives"),
     Mutation(believe_an_old_size_of_another_hive, "an old size", bug="35199"),
     Mutation(wait_for_an_epoch_of_the_hive_before, "another hive", bug="7979"),
