@@ -47,9 +47,19 @@ def test_a_test_on_ros_that_passes_alone_counts_as_passed_and_is_named(run, pyte
 
     assert done.ret == 0
     assert done.parseoutcomes() == {"passed": 2, "flaky": 1}
-    done.stdout.fnmatch_lines(["test/rostest/test_a.py::test_it: AssertionError: the machine*"])
+    done.stdout.fnmatch_lines(["test/rostest/test_a.py::test_it: line 8: AssertionError: the*"])
     (line,) = (pytester.path / "results/flaky.txt").read_text().splitlines()
-    assert line.endswith("test/rostest/test_a.py::test_it: AssertionError: the machine was busy")
+    what = "test/rostest/test_a.py::test_it: line 8: AssertionError: the machine was busy"
+    assert line.endswith(what)
+
+
+def test_of_a_failure_in_a_helper_the_line_of_the_test_is_named(run):
+    helper = FAILS_ONCE.replace("def test_it():", "def wait():")
+    done = run({"test/gui/test_a.py": "from helper import wait\n\ndef test_it():\n    wait()\n",
+                "test/gui/conftest.py": "import sys\nsys.path.insert(0, 'test/gui')\n",
+                "test/gui/helper.py": helper})  # fmt: skip
+
+    done.stdout.fnmatch_lines(["test/gui/test_a.py::test_it: line 4: AssertionError: the*"])
 
 
 def test_it_runs_after_all_others(run):

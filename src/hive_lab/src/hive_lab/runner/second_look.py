@@ -97,7 +97,10 @@ class SecondLook:
         if not self._flaky:
             return
         terminalreporter.section("flaky: failed beside other tests, passed alone", yellow=True)
-        lines = [f"{test}: {_reason(report)}" for test, report in self._flaky.items()]
+        lines = [
+            f"{test}: {_place(test, report)}{_reason(report)}"
+            for test, report in self._flaky.items()
+        ]
         for line in lines:
             terminalreporter.line(line)
         terminalreporter.stats["flaky"] = list(self._flaky.values())
@@ -146,6 +149,13 @@ def _final(failures: Sequence[pytest.TestReport]) -> Reports:
     for report in failures:
         report.outcome = "failed"
     return list(failures)
+
+
+def _place(test: str, report: pytest.TestReport) -> str:
+    """Return the last line of the test's own file that a failure went through, in words."""
+    file = re.escape(test.partition("::")[0])
+    found = re.findall(rf"^{file}:(\d+): ", report.longreprtext, flags=re.MULTILINE)
+    return f"line {found[-1]}: " if found else ""
 
 
 def _reason(report: pytest.TestReport) -> str:
