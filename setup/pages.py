@@ -114,7 +114,7 @@ PAGES = {
     "test-plan": Made(
         ("docs/test-plan.md",),
         "./hive test test/rostest/plan_start.test test/rostest/plan_tasks.test "
-        'test/rostest/plan_failover.test --results "$new"\n'
+        'test/rostest/plan_robots.test test/rostest/plan_failover.test --results "$new"\n'
         "./hive shell -c \"python3 test/rostest/try_breaks.py '$new/breaks.json'\"\n"
         "./hive shell -c \"python3 test/rostest/plan_page.py '$new' '$new/breaks.json'\"",
         30.0,

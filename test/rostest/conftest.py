@@ -36,8 +36,8 @@ collect_ignore = ["cases"]
 PACKAGE = "hive_tests"
 """What package.xml calls this folder."""
 BUSY = (
-    *("plan_tasks", "traffic", "plan_failover", "interfaces", "plan_start", "your_site"),
-    *("sockets", "mapping", "unknown_agv", "shared_processes", "without_simulator"),
+    *("traffic", "plan_failover", "plan_tasks", "plan_robots", "interfaces", "plan_start"),
+    *("your_site", "sockets", "mapping", "unknown_agv", "shared_processes", "without_simulator"),
 )
 """Files in which a whole fleet drives or starts, those that take longest first."""
 ALONE = ("launched_machines",)

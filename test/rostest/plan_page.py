@@ -24,7 +24,7 @@ from hive_breaks import BREAKS  # noqa: E402  (beside this script, in a folder o
 
 TEMPLATE = HERE / "plan_page.md"
 PAGE = HERE.parents[1] / "docs" / "test-plan.md"
-RUNS = ("plan_start", "plan_tasks", "plan_failover")
+RUNS = ("plan_start", "plan_tasks", "plan_robots", "plan_failover")
 """The results in the order of the report's cases."""
 
 

@@ -258,13 +258,3 @@ def test_the_task_of_a_robot_that_was_killed_is_done_by_another(operator, observ
 
     assert end.state == TaskState.DONE
     assert {first, end.robot_id} == {"robot1", "robot2"}
-
-
-@pytest.mark.plan(
-    "collisions", "Driving safely", "after all that no robot has touched anything or anybody"
-)
-def test_after_all_that_no_robot_has_touched_anything(operator, observed):
-    operator.expect(lambda: operator.collisions is not None, "a count of collisions")
-    observed(f"{operator.collisions} collisions")
-
-    assert operator.collisions == 0
