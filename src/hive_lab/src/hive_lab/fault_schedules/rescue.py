@@ -52,7 +52,7 @@ class Rescuer:
         Args:
             waited: The members that waited at the look before, and the hive of each.
         """
-        waiting = waiting_for_a_person(self._harness.members.values())
+        waiting = _waiting_for_a_person(self._harness.members.values())
         for name, hive in sorted(waited & waiting):
             self._harness.injector.faults["journals moved away"] += 1
             self._harness.injector.move_journal_away(name)
@@ -96,7 +96,7 @@ class Rescuer:
             harness.network.schedule(REPEAT, None, self._post, task_id)
 
 
-def waiting_for_a_person(members: Iterable[SimulatedMember]) -> frozenset[tuple[str, str]]:
+def _waiting_for_a_person(members: Iterable[SimulatedMember]) -> frozenset[tuple[str, str]]:
     """Return the members of hives that wait beside the only one with a leader; see `Rescuer`.
 
     A member joins that hive by itself if it has no vote, or if it is the only member of its hive

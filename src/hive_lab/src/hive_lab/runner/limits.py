@@ -3,7 +3,7 @@
 
 No verdict depends on how long something takes: a test waits for what it expects, and these limits
 only end what hangs. On two processors with two other workers, most files on ROS take less
-than 250 s, the longest has taken 460 s, and a case takes a fraction of it. A file that hangs ends
+than 250 s, the longest has taken 320 s, and a case takes a fraction of it. A file that hangs ends
 after ten minutes at the latest, and then gets the second look.
 
 As a plugin of pytest, this ends a file after a case that has hung: those behind it would hang too.
