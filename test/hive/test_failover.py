@@ -14,6 +14,7 @@ from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.drawn_links import over_zenoh
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.features.exercised import FEATURES, UNDONE
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
@@ -34,6 +35,22 @@ SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "600"))
 """Number of random schedules; more on demand."""
 
 RECOVERED_BESIDE = "recovered beside a majority"
+"""A person's mistake makes two hives, and a task of which both hear is done twice. Over Zenoh,
+what is posted in this schedule waits until the second hive hears it too."""
+
+OF_LINKS = (
+    "RouterLoss",
+    "connections lost",
+    "deaths proved",
+    "doubled",
+    "held back",
+    "lost with a connection",
+    "no room",
+    "not connected",
+    "repeated",
+    "repeated packets",
+)
+"""What links over Zenoh do to messages and members."""
 
 DEFECTS = (2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35199, 35345, 37535, 54852, 68373)
 
@@ -82,6 +99,24 @@ def test_random_schedules_with_learners_break_no_property():
     broken = [outcome for outcome in outcomes if outcome.violation]
 
     assert not broken, broken[0].in_full()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)  # 20 s on two idle processors, of which there may be none
+def test_over_zenoh_random_schedules_break_no_property_and_use_what_its_links_do():
+    outcomes = tuple(simulate(range(SCHEDULES // 4), zenoh=True))
+    broken = [outcome for outcome in outcomes if outcome.violation]
+    assert not broken, broken[0].in_full()
+
+    used = Counter(kind for outcome in outcomes for kind in outcome.faults)
+    assert not {kind: used[kind] for kind in OF_LINKS if used[kind] < len(outcomes) / 50}
+
+
+@pytest.mark.parametrize("name", sorted(DIRECTED.keys() - {RECOVERED_BESIDE}))
+def test_over_zenoh_what_was_written_by_hand_breaks_no_property_either(name):
+    outcome = run(over_zenoh(DIRECTED[name]))
+
+    assert not outcome.violation, outcome.in_full()
 
 
 @pytest.mark.parametrize("seed", DEFECTS)

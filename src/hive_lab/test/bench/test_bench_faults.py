@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import click
 import pytest
 
 pytest.importorskip("blackboard.msg", reason="needs generated messages")
@@ -14,10 +15,10 @@ def simulated(monkeypatch):
     """Run schedules in this process, in pieces of two; return the seeds that were run."""
     seeds = []
 
-    def simulate(wanted):
+    def simulate(wanted, *, zenoh):
         for seed in wanted:
             seeds.append(seed)
-            yield run_schedule(draw(seed))
+            yield run_schedule(draw(seed, zenoh=zenoh))
 
     monkeypatch.setattr(faults, "simulate", simulate)
     monkeypatch.setattr(faults, "_PIECE", 2)
@@ -37,6 +38,21 @@ def test_a_measurement_of_faults_goes_on_where_it_was_and_adds_up(simulated, tmp
     assert {name: whole.figures[name] for name in timeless} == {
         name: pytest.approx(at_once.figures[name]) for name in timeless
     }
+
+
+def test_results_over_zenoh_are_kept_apart_and_have_what_fails_there(simulated, tmp_path):
+    file = tmp_path / "faults.jsonl"
+    faults.run(2, resume=file)
+    zenoh = faults.run(2, resume=file, transport="zenoh")
+
+    assert simulated == [0, 1, 0, 1]
+    assert zenoh.figures["faults_connections_lost"] > 0
+    assert zenoh.aims == {"violations": 0.0}
+
+
+def test_a_transport_that_is_not_simulated_is_refused():
+    with pytest.raises(click.UsageError, match="no --transport router; allowed: ros, zenoh"):
+        faults.run(1, transport="router")
 
 
 def test_pieces_of_another_program_are_named(simulated, tmp_path, monkeypatch, capsys):

@@ -12,18 +12,10 @@ import zenoh
 from zenoh.handlers import Callback
 
 from blackboard.codec.tables import WIRES
-from blackboard.domain.characteristics import RobotStatus
-from blackboard.domain.talker import (
-    BACKUP,
-    BB_ACK,
-    BB_ENTRIES,
-    BB_VOTE,
-    ROBOT_STATUS,
-    TASK_ASSIGN,
-)
 from blackboard.process.link import Arrival
 from blackboard.zenoh.access import ALIVE, LISTENS, key_of, keys_for, keys_to
 from blackboard.zenoh.authenticity import Authenticity
+from blackboard.zenoh.delivery import BEST_EFFORT, REPEATED, URGENT, is_repeated
 from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
 from hive_common.machine_clock import machine_time
 
@@ -32,12 +24,6 @@ if TYPE_CHECKING:
 
     from blackboard.codec.tables import Wire
     from blackboard.process.link import Inbox
-
-_URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
-"""Topics on which a message overtakes others."""
-
-_REPEATED = frozenset({topic for topic, wire in WIRES.items() if wire.latched} | {ROBOT_STATUS})
-"""Topics of which new listeners get what was said last."""
 
 MAX_SIZE = 8_000_000
 """Size of a message [B]; a list of 10,000 tasks takes about 5 MB."""
@@ -95,7 +81,7 @@ class ZenohLink:
         """Deliver from now on to this talker."""
         self._inbox = inbox
         self._follow(ALIVE, "*/*/*", self._presence.appear, self._presence.vanish)
-        for topic in _REPEATED & self._publishers.keys():
+        for topic in REPEATED & self._publishers.keys():
             self._follow(f"{LISTENS}/{topic}", "*/*/*", partial(self._repeat, topic))
         self._declare(self._token.key(self._key(ALIVE)))
         inbox.every(PERIOD, self._presence.check)
@@ -104,9 +90,7 @@ class ZenohLink:
         """Send a value to all who listen, or to programs and those members that it concerns."""
         publisher = self._publishers[topic]
         payload = serialized(self._wires[topic].to_msg(value, self._date()))
-        # A leader also tells the status of robots that it no longer hears; they may be back.
-        is_of_another = isinstance(value, RobotStatus) and value.robot_id != self.name
-        if topic in _REPEATED and not is_of_another:
+        if is_repeated(topic, value, self.name):
             self._last[topic] = payload
         if to is None:
             publisher.put(payload)
@@ -155,7 +139,7 @@ class ZenohLink:
         hear = Callback(partial(self._hear, topic, name), indirect=False)
         for key in keys_for(self._hive, name, self.name if self._is_member else ""):
             self._session.declare_subscriber(key, hear)
-        if topic in _REPEATED:
+        if topic in REPEATED:
             self._declare(self._token.key(self._key(f"{LISTENS}/{topic}")))
 
     def _hear(self, topic: str, name: str, sample: zenoh.Sample) -> None:
@@ -174,7 +158,7 @@ class ZenohLink:
         self._presence.watch(watcher, node, died)
 
     def _advertise(self, topic: str) -> zenoh.Publisher:
-        urgent = topic in _URGENT
+        urgent = topic in URGENT
         return self._session.declare_publisher(
             key_of(self._hive, topic, self.name),
             congestion_control=zenoh.CongestionControl.DROP,
@@ -183,7 +167,7 @@ class ZenohLink:
             allowed_destination=zenoh.Locality.REMOTE,
             reliability=(
                 zenoh.Reliability.BEST_EFFORT
-                if topic == ROBOT_STATUS
+                if topic in BEST_EFFORT
                 else zenoh.Reliability.RELIABLE
             ),
         )

@@ -76,8 +76,8 @@ LAYOUTS = 2000  # hard ones in which a fleet drives
 @click.option(
     "--transport",
     type=click.Choice(["ros", "zenoh", "router"]),
-    help="What carries the messages, for auction: ROS, Zenoh, or Zenoh with a router; all by "
-    "default.",
+    help="What carries the messages. For auction: ROS, Zenoh, or Zenoh with a router; all by "
+    "default. For faults: ROS, which is the default, or Zenoh.",
 )
 @click.option(
     "--map",
@@ -136,6 +136,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench soak --minutes 30 --resume soak.jsonl
       hive bench faults --schedules 100000 --resume faults.jsonl
       hive bench faults --mutations
+      hive bench faults --transport zenoh
       hive bench fuzz --messages 20000 --seed 7
       hive bench flake --runs 5
       hive bench architectures --robots 10 --runs 1

@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,6 +18,7 @@ from hive_lab.bench.mutations import run as search_mutations
 from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.workers import workers
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.drawn_links import ROS, TRANSPORTS, ZENOH
 from hive_lab.fault_schedules.features.exercised import FEATURES
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run as run_schedule
@@ -106,6 +108,7 @@ def run(
     schedules: int = 1000,
     first: int = 0,
     resume: Path | None = None,
+    transport: str = ROS,
     *,
     mutations: bool = False,
 ) -> BenchResult:
@@ -115,6 +118,8 @@ def run(
         schedules: How many in all, those that `resume` knows included.
         first: The first seed.
         resume: Where the results of each piece are kept, so that a long measurement can go on.
+        transport: What carries the messages, one of `TRANSPORTS`; over Zenoh its connections fail
+            besides.
         mutations: Run schedules with each mutation instead; see `mutations.run`.
 
     Returns:
@@ -122,35 +127,48 @@ def run(
         violations, the seed of the first violation (-1 if none), faults by kind, and in how many
         schedules each of `FEATURES` happened; takeovers in 10 hours with 30 % of the messages
         lost, and for each of 100 freezes of the leader for 5 s, with the longest time until
-        another leader was heard [s].
+        another leader was heard [s]; these two not over Zenoh.
         Aims: no violation, no takeover by losses, one for each freeze within 1 s, no rivals.
 
     Raises:
         hive_common.errors.FileError: `resume` holds something else.
+        click.UsageError: The transport is not simulated.
     """
+    if transport not in TRANSPORTS:
+        raise click.UsageError(
+            f"faults simulates no --transport {transport}; allowed: {', '.join(TRANSPORTS)}"
+        )
+    zenoh = transport == ZENOH
     if mutations:
-        return search_mutations(schedules, resume)
+        return search_mutations(schedules, resume, zenoh=zenoh)
     kept = KeptRuns(resume)
+    over = "over Zenoh, " if zenoh else ""
     pieces = {
-        f"seeds {seeds.start} to {seeds.stop - 1}": seeds for seeds in _pieces(first, schedules)
+        f"{over}seeds {seeds.start} to {seeds.stop - 1}": seeds
+        for seeds in _pieces(first, schedules)
     }
-    _run_missing(pieces, kept, schedules)
+    _run_missing(pieces, kept, schedules, zenoh=zenoh)
     total = _Sum()
     for name in pieces:
         total.add_kept(kept[name])
     trees = sorted({kept[name]["tree"] for name in pieces})
     if len(trees) > 1:
         click.echo(f"some pieces are of other programs; the commits: {', '.join(trees)}", err=True)
-    return BenchResult(total.figures | _idle_hive(), AIMS, broken=bool(total.bad))
+    figures = total.figures | ({} if zenoh else _idle_hive())
+    aims = {name: aim for name, aim in AIMS.items() if name in figures}
+    return BenchResult(figures, aims, broken=bool(total.bad))
 
 
-def _run_missing(pieces: Mapping[str, range], kept: KeptRuns, schedules: int) -> None:
+def _run_missing(
+    pieces: Mapping[str, range], kept: KeptRuns, schedules: int, *, zenoh: bool
+) -> None:
     """Run and keep the pieces that are not known, and tell how it goes."""
     todo = {name: seeds for name, seeds in pieces.items() if name not in kept.names}
     done = schedules - sum(map(len, todo.values()))
     tree, ran = program_tree(), 0
     began = said = time.perf_counter()
-    with closing(simulate([seed for seeds in todo.values() for seed in seeds])) as results:
+    seeds_to_run = [seed for seeds in todo.values() for seed in seeds]
+    with closing(simulate(seeds_to_run, zenoh=zenoh)) as results:
         for name, seeds in todo.items():
             piece, begun = _Sum(), time.perf_counter()
             for result in itertools.islice(results, len(seeds)):
@@ -185,11 +203,11 @@ def _idle_hive() -> dict[str, float]:
     }
 
 
-def simulate(seeds: Iterable[int]) -> Generator[RunResult, None, None]:
+def simulate(seeds: Iterable[int], *, zenoh: bool = False) -> Generator[RunResult, None, None]:
     """Run the schedules of these seeds on all processors, in the order of the seeds."""
     with workers("forkserver") as pool:
-        yield from pool.map(_simulate_one, seeds, chunksize=_BATCH)
+        yield from pool.map(partial(_simulate_one, zenoh=zenoh), seeds, chunksize=_BATCH)
 
 
-def _simulate_one(seed: int) -> RunResult:
-    return run_schedule(draw(seed))
+def _simulate_one(seed: int, *, zenoh: bool) -> RunResult:
+    return run_schedule(draw(seed, zenoh=zenoh))

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def run(schedules: int = 1000, resume: Path | None = None) -> BenchResult:
+def run(schedules: int = 1000, resume: Path | None = None, *, zenoh: bool = False) -> BenchResult:
     """Search for a schedule that notices each mutation, on all processors.
 
     Args:
         schedules: How many run for a mutation at most.
         resume: Where the result of each search is kept, for this commit of the program.
+        zenoh: Whether the messages go over Zenoh.
 
     Returns:
         How many mutations there are, how many of them past mistakes; how many no schedule has
@@ -32,9 +33,9 @@ def run(schedules: int = 1000, resume: Path | None = None) -> BenchResult:
     Raises:
         hive_common.errors.FileError: `resume` holds something else.
     """
-    tree = program_tree()
+    tree, over = program_tree(), ", over Zenoh" if zenoh else ""
     jobs = {
-        f"{each.name}, {schedules} at most, {tree}": (_search, (number, schedules))
+        f"{each.name}, {schedules} at most, {tree}{over}": (_search, (number, schedules, zenoh))
         for number, each in enumerate(MUTATIONS)
     }
     found = KeptRuns(resume).all_of(jobs)
@@ -54,5 +55,5 @@ def run(schedules: int = 1000, resume: Path | None = None) -> BenchResult:
     return BenchResult(figures, {"not_noticed": 0.0}, broken=bool(figures["not_noticed"]))
 
 
-def _search(number: int, most: int) -> dict[str, Any]:
-    return asdict(search(MUTATIONS[number], most))
+def _search(number: int, most: int, zenoh: bool) -> dict[str, Any]:
+    return asdict(search(MUTATIONS[number], most, zenoh=zenoh))

@@ -126,7 +126,7 @@ BENCHES: Mapping[str, Bench] = {
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
         "bench.faults",
-        options=("schedules", "mutations", "resume"),
+        options=("schedules", "mutations", "resume", "transport"),
     ),
     "failover": Bench(
         "time [s] without a leader after a crash and after a freeze, on real ROS",

@@ -20,6 +20,7 @@ from hive_lab.fault_schedules.drawn_features import (
     with_one_charger,
     with_strong_robot,
 )
+from hive_lab.fault_schedules.drawn_links import over_zenoh
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.scenarios import (
     ASIDE,
@@ -56,14 +57,18 @@ _FLEETS = {STRONG_ROBOT: with_strong_robot, ONE_CHARGER: with_one_charger}
 """Which scenarios need a fleet of their own."""
 
 
-def draw(seed: int, scenario: str = "") -> FaultSchedule:
-    """Draw the schedule of a seed, in a scenario that by default is drawn too."""
+def draw(seed: int, scenario: str = "", *, zenoh: bool = False) -> FaultSchedule:
+    """Draw the schedule of a seed, in a scenario that by default is drawn too.
+
+    Over Zenoh the same happens, and what happens to its connections besides.
+    """
     random = Random(seed)
     follows = scenario or random.random() < _WITH_SCENARIO
     schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)
     schedule = _forgetful(schedule) if random.random() < _FORGETFUL else schedule
     schedule = with_features(schedule)
-    return _FLEETS[scenario](schedule) if scenario in _FLEETS else schedule
+    schedule = _FLEETS[scenario](schedule) if scenario in _FLEETS else schedule
+    return over_zenoh(schedule) if zenoh else schedule
 
 
 def _by_scenario(seed: int, random: Random, scenario: str) -> FaultSchedule:

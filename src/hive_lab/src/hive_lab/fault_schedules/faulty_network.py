@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -55,23 +55,26 @@ class Host:
         self.generation += 1
         self.up, self.frozen = True, False
         self.handlers, self.watched, self.backlog = {}, None, []
-        self.network.forget_listeners()
+        self.network.started(self)
 
     def crash(self) -> None:
         """Crash; watchers may get proof of the death."""
         self.generation += 1
         self.up, self.frozen = False, False
         self.handlers, self.backlog = {}, []
-        self.network.forget_listeners()
+        self.network.stopped(self)
         self.network.prove_death(self)
 
     def thaw(self) -> None:
         """Resume: overdue timers fire first, then the messages that arrived meanwhile."""
         self.frozen = False
-        backlog, self.backlog = self.backlog, []
-        for _, action, argument in sorted(backlog, key=lambda each: not each[0]):
-            if not self.up or self.frozen:
+        overdue = deque(sorted(self.backlog, key=lambda each: not each[0]))
+        self.backlog = []
+        while overdue and self.up:
+            if self.frozen:  # held up again by what it did
+                self.backlog = [*overdue, *self.backlog]
                 return
+            _, action, argument = overdue.popleft()
             self.network.act(self, action, argument)
 
     def timer(self, action: Callable[[], None], period: float | None = None) -> _Timer:
@@ -178,7 +181,28 @@ class HostTalker:
 
 
 _INSIDE = 0.0005  # latency of a message from a host to itself [s]
-_FASTEST = 0.001  # least latency between two hosts [s]
+FASTEST = 0.001  # least latency between two hosts [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """How far a link carries less than is said, for links that keep an order.
+
+    Attributes:
+        takes: How long it takes to send an ordinary message [s].
+        buffered: Urgent messages wait for what will be sent within this time [s].
+        room: Ordinary messages that would have to wait for longer are dropped [s].
+    """
+
+    takes: float = 0.0
+    buffered: float = 0.0
+    room: float = 0.0
+
+    def __str__(self) -> str:
+        return (
+            f"each message takes {self.takes:.2f} s, urgent ones overtake what waits longer than "
+            f"{self.buffered:.2f} s, ordinary ones wait for at most {self.room:.2f} s"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,6 +215,7 @@ class Quality:
         delay: Longest latency of most messages [s]; messages overtake each other.
         late: Share of the messages with a longer latency ...
         latest: ... of up to this [s].
+        load: Of links over Zenoh.
     """
 
     loss: float = 0.0
@@ -198,6 +223,7 @@ class Quality:
     delay: float = 0.02
     late: float = 0.0
     latest: float = 0.0
+    load: Load = Load()
 
 
 class SimulatedCrashError(Exception):
@@ -205,9 +231,10 @@ class SimulatedCrashError(Exception):
 
 
 class FaultyNetwork:
-    """The event queue, and all links; watchers get proof of a share `proofs` of the deaths.
+    """The event queue, and all links.
 
     Attributes:
+        proofs: Share of the deaths of which watchers get proof.
         now: The true time [s].
         cut: Pairs of names (sender, receiver) between which no message passes.
         holding: The cut pairs whose messages are kept until `release`.
@@ -218,7 +245,7 @@ class FaultyNetwork:
 
     def __init__(self, random: Random, proofs: float = 0.9) -> None:
         self.random = random
-        self._proofs = proofs
+        self.proofs = proofs
         self.now = 0.0
         self.events = 0
         self.quality = Quality()
@@ -239,6 +266,14 @@ class FaultyNetwork:
         host = self.hosts[name] = Host(self, name, rate)
         self.forget_listeners()
         return host
+
+    def started(self, _host: Host) -> None:
+        """Note that a process has started."""
+        self.forget_listeners()
+
+    def stopped(self, _host: Host) -> None:
+        """Note that a process has ended."""
+        self.forget_listeners()
 
     def forget_listeners(self) -> None:
         """Recompute the listeners of every topic: those of a host have changed."""
@@ -307,37 +342,42 @@ class FaultyNetwork:
         if topic == SYNC:
             self._lists[sender.name] = sender.generation, message
         packet = (topic, message)
-        quality, random = self.quality, self.random
-        for host in self._listening(topic):
+        for host in self.listening(topic):
             if to is not None and host.name not in to and BB_VOTE in host.handlers:
                 continue
             if host is sender:
                 self.schedule(_INSIDE, host, host.deliver, packet)
-                continue
-            if self.cut and (sender.name, host.name) in self.cut:
-                self._stop(sender, host, packet)
-                continue
-            if quality.loss and random.random() < quality.loss:
-                self.counts["lost"] += 1
-                continue
-            spread = quality.delay - _FASTEST
-            takes = sender.held_up + _FASTEST + spread * random.random() ** 3
-            if quality.late and random.random() < quality.late:
-                self.counts["late"] += 1
-                takes += quality.latest * random.random()
-            self.schedule(takes, host, host.deliver, packet)
-            if quality.double and random.random() < quality.double:
-                self.counts["doubled"] += 1
-                self.schedule(_FASTEST + spread * random.random(), host, host.deliver, packet)
+            else:
+                self.pass_on(sender, host, packet)
+
+    def pass_on(self, sender: Host, host: Host, packet: tuple[str, object]) -> None:
+        """Have a message arrive at another host, unless it gets lost."""
+        quality, random = self.quality, self.random
+        if self.cut and (sender.name, host.name) in self.cut:
+            self._stop(sender, host, packet)
+            return
+        if quality.loss and random.random() < quality.loss:
+            self.counts["lost"] += 1
+            return
+        spread = quality.delay - FASTEST
+        takes = sender.held_up + FASTEST + spread * random.random() ** 3
+        if quality.late and random.random() < quality.late:
+            self.counts["late"] += 1
+            takes += quality.latest * random.random()
+        self.schedule(takes, host, host.deliver, packet)
+        if quality.double and random.random() < quality.double:
+            self.counts["doubled"] += 1
+            self.schedule(FASTEST + spread * random.random(), host, host.deliver, packet)
 
     def repeat_lists(self, host: Host, hear: Callable[[Any], None]) -> None:
         """Give a new listener the last task list of every process: that topic is latched."""
         for name, (generation, known) in self._lists.items():
             is_up = self.hosts[name].up and self.hosts[name].generation == generation
             if is_up and (name, host.name) not in self.cut:
-                self.schedule(_INSIDE if name == host.name else _FASTEST, host, hear, known)
+                self.schedule(_INSIDE if name == host.name else FASTEST, host, hear, known)
 
-    def _listening(self, topic: str) -> list[Host]:
+    def listening(self, topic: str) -> list[Host]:
+        """Return the hosts that listen to a topic."""
         found = self._listeners.get(topic)
         if found is None:
             found = [host for host in self.hosts.values() if topic in host.handlers]
@@ -359,7 +399,7 @@ class FaultyNetwork:
         for pair, host, generation, packet in kept:
             if pair not in self.cut and generation == host.generation:
                 self.counts["held back"] += 1
-                delay = _FASTEST + self.quality.delay * self.random.random()
+                delay = FASTEST + self.quality.delay * self.random.random()
                 self.schedule(delay, host, host.deliver, packet)
 
     def prove_death(self, dead: Host) -> None:
@@ -370,7 +410,7 @@ class FaultyNetwork:
                 continue
             _, died = host.watched
             host.watched = None
-            if self.random.random() < self._proofs:
+            if self.random.random() < self.proofs:
                 self.counts["deaths proved"] += 1
                 delay = 0.02 + 0.08 * self.random.random()
                 self.schedule(delay, host, host.timer(died).fire)

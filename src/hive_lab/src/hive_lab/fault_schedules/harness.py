@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from blackboard.domain.talker import NEW_TASK, TASK_STATE
 from blackboard.domain.task import TaskState
-from hive_lab.fault_schedules.faulty_network import FaultyNetwork
 from hive_lab.fault_schedules.features.exercised import Exercised
 from hive_lab.fault_schedules.injector import FaultInjector
 from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
@@ -15,10 +14,10 @@ from hive_lab.fault_schedules.schedule import OPERATOR
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from random import Random
 
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import Task
+    from hive_lab.fault_schedules.faulty_network import FaultyNetwork
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 REPEAT = 1.5  # the operator's program posts a task again after this time without an answer [s]
@@ -27,13 +26,13 @@ REPEAT = 1.5  # the operator's program posts a task again after this time withou
 class Harness:
     """Base of a simulated hive; a subclass makes the members and hands them to `connect`.
 
-    `random` is the source of every chance; see `FaultyNetwork` for `proofs`.
+    The generator of `network` is the source of every chance.
     """
 
-    def __init__(self, random: Random, proofs: float = 0.9) -> None:
-        self.random = random
+    def __init__(self, network: FaultyNetwork) -> None:
+        self.random = network.random
         self.exercised = Exercised()
-        self.network = FaultyNetwork(random, proofs)
+        self.network = network
         self.answered: set[str] = set()
 
     def connect(self, members: Mapping[str, SimulatedMember], tasks: Sequence[Task]) -> None:

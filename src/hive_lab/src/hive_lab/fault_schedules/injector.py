@@ -21,11 +21,13 @@ from hive_lab.fault_schedules.schedule import (
     Loss,
     LyingDisk,
     PowerCut,
+    RouterLoss,
     SlowDisk,
     Strike,
     Trigger,
     WritePoint,
 )
+from hive_lab.fault_schedules.zenoh_network import ZenohNetwork
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,6 +71,8 @@ class FaultInjector:
             self._network.schedule(fault.lasts, None, self._mend, fault)
         elif isinstance(fault, FullDisk | LyingDisk | SlowDisk):
             self._spoil(fault)
+        elif isinstance(fault, RouterLoss) and isinstance(self._network, ZenohNetwork):
+            self._network.lose_routers(fault.hang)
         elif isinstance(fault, Strike):
             self._strikes.append(fault)
 

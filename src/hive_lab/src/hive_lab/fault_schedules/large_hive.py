@@ -19,7 +19,7 @@ from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.domain.talker import BACKUP, BB_VOTE
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
-from hive_lab.fault_schedules.faulty_network import HostTalker
+from hive_lab.fault_schedules.faulty_network import FaultyNetwork, HostTalker
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
 from hive_lab.fault_schedules.schedule import BLACKBOARD, SETTLE, Crash
@@ -90,7 +90,7 @@ class LargeHive(Harness):
     """A hive of at least 2 robots with at least 1 task; the seed decides every chance."""
 
     def __init__(self, robots: int, tasks: int, seed: int) -> None:
-        super().__init__(Random(seed))
+        super().__init__(FaultyNetwork(Random(seed)))
         self._side = _ROOM * sqrt(robots)
         settings = RaftSettings()
         names = [BLACKBOARD, *(f"robot{number + 1}" for number in range(robots))]

@@ -20,6 +20,8 @@ from blackboard.domain.talker import TASK_CANCEL
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.drawn_links import TRANSPORTS, ZENOH, over_zenoh
+from hive_lab.fault_schedules.faulty_network import FaultyNetwork
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
 from hive_lab.fault_schedules.rescue import Rescuer
@@ -34,6 +36,7 @@ from hive_lab.fault_schedules.schedule import (
     SetState,
 )
 from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
+from hive_lab.fault_schedules.zenoh_network import ZenohNetwork
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -77,9 +80,10 @@ class RunResult:
             again = f'python3 -m hive_lab.fault_schedules.run "{schedule.scenario}"'
         else:
             again = f"python3 -m hive_lab.fault_schedules.run {schedule.seed}"
-            again += (
-                "" if draw(schedule.seed) == schedule else f' --scenario "{schedule.scenario}"'
-            )
+            is_default = draw(schedule.seed, zenoh=schedule.site is not None) == schedule
+            again += "" if is_default else f' --scenario "{schedule.scenario}"'
+        if schedule.site is not None and schedule.scenario != BY_HAND:
+            again += " --transport zenoh"
         broken = self.violation or "every property holds"
         return f"{schedule}\n\n{broken}\nto run it again: {again}\n"
 
@@ -88,7 +92,7 @@ class Run(Harness):
     """One hive that goes through one schedule."""
 
     def __init__(self, schedule: FaultSchedule) -> None:
-        super().__init__(Random(schedule.seed), schedule.proofs)
+        super().__init__(_network(schedule))
         self.exercised.drawn(schedule.board, schedule.kits, len(schedule.aside))
         self.schedule = schedule
         members = {name: self._member(name) for name in schedule.members}
@@ -161,6 +165,13 @@ class Run(Harness):
             self.injector.happen(happening)
 
 
+def _network(schedule: FaultSchedule) -> FaultyNetwork:
+    random = Random(schedule.seed)
+    if schedule.site is None:
+        return FaultyNetwork(random, schedule.proofs)
+    return ZenohNetwork(random, schedule.proofs, schedule.site)
+
+
 def run(schedule: FaultSchedule) -> RunResult:
     """Run one schedule."""
     return Run(schedule).run()
@@ -177,14 +188,18 @@ def main() -> None:
     parser.add_argument(
         "--scenario", "--mood", choices=[*SCENARIOS, *ASIDE], default="", help="by default drawn"
     )
+    parser.add_argument(
+        "--transport", choices=TRANSPORTS, default=TRANSPORTS[0], help="what carries the messages"
+    )
     wanted = parser.parse_args()
+    zenoh = wanted.transport == ZENOH
     schedules: Iterable[FaultSchedule]
     if wanted.first in DIRECTED:
-        schedules = [DIRECTED[wanted.first]]
+        schedules = [over_zenoh(DIRECTED[wanted.first]) if zenoh else DIRECTED[wanted.first]]
     elif wanted.first.isdecimal():
         first = int(wanted.first)
         end = first + 1 if wanted.end is None else wanted.end
-        schedules = (draw(seed, wanted.scenario) for seed in range(first, end))
+        schedules = (draw(seed, wanted.scenario, zenoh=zenoh) for seed in range(first, end))
     else:
         parser.error(f"no schedule is called {wanted.first!r}; allowed: a seed, {names}")
     total: Counter[str] = Counter()

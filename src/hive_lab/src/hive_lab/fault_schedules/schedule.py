@@ -104,7 +104,20 @@ class BadLinks:
             f"{self.at:6.2f} for {self.lasts:.2f} s links lose {q.loss:.0%}, "
             f"duplicate {q.double:.0%}, delay up to {q.delay:.2f} s"
             + (f"; {q.late:.0%} come up to {q.latest:.2f} s late" if q.late else "")
+            + (f"; {q.load}" if q.load.takes else "")
         )
+
+
+@dataclass(frozen=True, slots=True)
+class RouterLoss:
+    """The routers of a hive over Zenoh hang for a while, or not at all, and are then replaced."""
+
+    at: float
+    hang: float
+
+    def __str__(self) -> str:
+        hang = f"hang for {self.hang:.2f} s and " if self.hang else ""
+        return f"{self.at:6.2f} the routers {hang}end; members connect to others"
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,6 +283,7 @@ Happening = (
     | Freeze
     | Cut
     | BadLinks
+    | RouterLoss
     | FullDisk
     | SlowDisk
     | LyingDisk
@@ -281,6 +295,23 @@ Happening = (
     | Post
     | Cancel
 )
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """What connects the members of a hive over Zenoh.
+
+    Attributes:
+        routers: Whether all they say goes through routers.
+        twice: Whether every message arrives on two ways, as with peers of two routers.
+    """
+
+    routers: bool = False
+    twice: bool = False
+
+    def __str__(self) -> str:
+        routers = " through routers" if self.routers else ""
+        return f"over Zenoh{routers}{', each message twice' if self.twice else ''}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,6 +330,7 @@ class FaultSchedule:
         scenario: What it was drawn for.
         aside: Robots that are learners.
         kits: What each robot is; by default all are equal.
+        site: What connects the members over Zenoh; None if they speak as over ROS.
     """
 
     seed: int
@@ -312,6 +344,7 @@ class FaultSchedule:
     scenario: str = BY_HAND
     aside: tuple[str, ...] = ()
     kits: tuple[RobotKit, ...] = ()
+    site: Site | None = None
 
     def kit_of(self, member: str) -> RobotKit:
         """Return what a member's robot is; that of the blackboard node does not matter."""
@@ -338,12 +371,13 @@ class FaultSchedule:
         clocks = ["clocks 1 % wrong"] if self.far_clocks else []
         proofs = [] if self.proofs else ["no death is proven"]
         aside = [f"{', '.join(self.aside)} aside"] if self.aside else []
+        site = [str(self.site)] if self.site else []
         late = [f"{at:6.2f} {name} is started for the first time" for name, at in self.late]
         kits = zip(self.members[1:], self.kits, strict=False)
         fleet = [f"       {name}: {kit}" for name, kit in kits]
         return "\n".join(
             [
-                ", ".join([head, *timers, *self._board(), *clocks, *proofs, *aside]),
+                ", ".join([head, *timers, *self._board(), *clocks, *proofs, *aside, *site]),
                 *fleet,
                 *late,
                 *map(str, ordered),

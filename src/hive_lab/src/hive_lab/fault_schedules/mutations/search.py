@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.drawn_links import over_zenoh
 from hive_lab.fault_schedules.mutations import (
     charging,
     elections,
@@ -49,7 +50,7 @@ class Found:
     broken: str = ""
 
 
-def search(mutation: Mutation, most: int) -> Found:
+def search(mutation: Mutation, most: int, *, zenoh: bool = False) -> Found:
     """Run a changed program through schedules until a property breaks.
 
     First come the schedules that were written by hand, then those that are drawn in the
@@ -58,17 +59,20 @@ def search(mutation: Mutation, most: int) -> Found:
     Args:
         mutation: The change.
         most: How many schedules run at most.
+        zenoh: Whether the messages go over Zenoh.
     """
-    for number, (name, schedule) in zip(range(1, most + 1), _schedules(mutation), strict=False):
+    schedules = _schedules(mutation, zenoh=zenoh)
+    for number, (name, schedule) in zip(range(1, most + 1), schedules, strict=False):
         broken = mutation.broken_in(schedule)
         if broken and not mutation.broken_without(schedule):
             return Found(number, name, broken)
     return Found(most)
 
 
-def _schedules(mutation: Mutation) -> Iterator[tuple[str, FaultSchedule]]:
-    yield from DIRECTED.items()
+def _schedules(mutation: Mutation, *, zenoh: bool) -> Iterator[tuple[str, FaultSchedule]]:
+    for name, schedule in DIRECTED.items():
+        yield name, over_zenoh(schedule) if zenoh else schedule
     seed = 0
     while True:
-        yield f"{seed} {mutation.scenario}".strip(), draw(seed, mutation.scenario)
+        yield f"{seed} {mutation.scenario}".strip(), draw(seed, mutation.scenario, zenoh=zenoh)
         seed += 1
