@@ -101,6 +101,10 @@ class LiveNetwork:
         for name in self._hosts:
             self._filter(name, f"iifname eth0 numgen random mod 100 < {percent} drop")
 
+    def limit(self, host: str, kilobytes: int) -> None:
+        """Let a host hear only so many kilobytes a second."""
+        self._filter(host, f"iifname eth0 limit rate over {kilobytes} kbytes/second drop")
+
     def heal(self, *hosts: str) -> None:
         """Restore the links of some hosts, by default of all."""
         for name in hosts or self._hosts:

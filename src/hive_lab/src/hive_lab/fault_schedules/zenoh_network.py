@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Virtual links as Zenoh gives them: connections on which messages wait, overtake and are lost.
 
-What they do was measured between two network namespaces, with Zenoh 1.10.2 and the settings of
-`blackboard.zenoh` (docs/benchmarks.md, faults). A cable that is out for 3 s delays all messages,
-and then urgent ones come first; after 8 s, everything since the cable was pulled is lost. A
-process that was suspended for 12 s gets what was said to it in the first 10 s. Where a connection
-carries less than is said, ordinary messages are lost one after the other, and urgent ones are
-late.
+What they do was seen between two hosts, with Zenoh 1.10.2 and the settings of `blackboard.zenoh`
+(docs/benchmarks.md, faults; test/rostest/zenoh_links.test). A cable that is out for 3 s delays all
+messages, and then urgent ones come first; after 8 s, everything since the cable was pulled is
+lost. A process that was suspended for 12 s may get what was said to it in the first 10 s, or
+nothing. Where a connection carries less than is said, ordinary messages are lost one after the
+other, and urgent ones are late.
 """
 
 from __future__ import annotations
@@ -138,7 +138,11 @@ class ZenohNetwork(FaultyNetwork):
             self.close(connection)
 
     def close(self, connection: _Connection) -> None:
-        """Lose a connection with what waits on it, and connect again as soon as that works."""
+        """Lose a connection with what waits on it, and connect again as soon as that works.
+
+        What the kernel of the one that listens already has is lost too, or is read.
+        """
+        connection.forgets = self.random.choice([True, False])
         self._remove(connection)
         self.counts["connections lost"] += 1
         self._connect_soon(*connection.ends)
@@ -217,15 +221,17 @@ class _Connection:
     Attributes:
         ends: The two.
         is_open: Whether it has not been lost.
+        forgets: Whether what is under way is lost.
     """
 
     def __init__(self, network: ZenohNetwork, one: Host, other: Host) -> None:
         self.ends = one, other
         self.is_open = True
+        self.forgets = False
         self._network = network
         self._ways = {
-            (one.name, other.name): _Way(network, one, other),
-            (other.name, one.name): _Way(network, other, one),
+            (one.name, other.name): _Way(self, network, one, other),
+            (other.name, one.name): _Way(self, network, other, one),
         }
         self._stalled_at: float | None = None
 
@@ -278,7 +284,10 @@ class _Way:
         may_send: How many packets pass while the acknowledgements do not.
     """
 
-    def __init__(self, network: ZenohNetwork, sender: Host, host: Host) -> None:
+    def __init__(
+        self, connection: _Connection, network: ZenohNetwork, sender: Host, host: Host
+    ) -> None:
+        self._connection = connection
         self.waiting: list[_Packet] = []
         self.may_send = 0
         self._network = network
@@ -332,7 +341,10 @@ class _Way:
         network.schedule(at - network.now, self._host, self._hear, packet)
 
     def _hear(self, packet: _Packet) -> None:
-        self._network.hear(self._sender, self._host, packet)
+        if self._connection.forgets:
+            self._network.counts["lost with a connection"] += 1
+        else:
+            self._network.hear(self._sender, self._host, packet)
 
     def _waits(self, *, urgent: bool) -> float | None:
         """Return how long a message waits to be sent [s]; None if it finds no room."""
