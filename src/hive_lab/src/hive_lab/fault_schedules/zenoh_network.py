@@ -145,6 +145,7 @@ class ZenohNetwork(FaultyNetwork):
         connection.forgets = self.random.choice([True, False])
         self._remove(connection)
         self.counts["connections lost"] += 1
+        self.counts["lost with a connection"] += connection.waiting
         self._connect_soon(*connection.ends)
 
     def _remove(self, connection: _Connection) -> None:
@@ -235,6 +236,11 @@ class _Connection:
         }
         self._stalled_at: float | None = None
 
+    @property
+    def waiting(self) -> int:
+        """How many messages wait, in both directions."""
+        return sum(len(way.waiting) for way in self._ways.values())
+
     def say(self, sender: Host, host: Host, packet: _Packet) -> None:
         """Send a packet, or keep it while the connection stalls."""
         way = self._ways[sender.name, host.name]
@@ -249,23 +255,21 @@ class _Connection:
         """Stall, or go on a while after the last packet was lost."""
         network, now = self._network, self._network.now
         cut = [way for pair, way in self._ways.items() if pair in network.cut]
-        for way in cut:
-            way.may_send = 0
         if self._stalled_at is None and cut:
             self._stalled_at = now
             for way in self._ways.values():
-                way.may_send = 0 if way in cut else _IN_FLIGHT
+                way.may_send = _IN_FLIGHT
             delay = UNACKNOWLEDGED + network.random.uniform(0.0, _NOTICED)
             network.schedule(delay, None, self._give_up, now)
         elif self._stalled_at is not None and not cut:
             # The time between two attempts to repeat a packet grows to that of the stall.
             wait = network.random.choice([0.0, network.random.random()]) * (now - self._stalled_at)
             network.schedule(wait, None, self._go_on, self._stalled_at)
+        for way in cut:
+            way.may_send = 0
 
     def _give_up(self, stalled_at: float) -> None:
         if self.is_open and self._stalled_at == stalled_at:
-            lost = sum(len(way.waiting) for way in self._ways.values())
-            self._network.counts["lost with a connection"] += lost
             self._network.close(self)
 
     def _go_on(self, stalled_at: float) -> None:
