@@ -140,7 +140,7 @@ def test_robots_that_come_back_take_no_load_twice_or_for_another(seed, scenario)
     assert not outcome.violation, outcome.in_full()
 
 
-@pytest.mark.parametrize("seed", [15676, 26082])
+@pytest.mark.parametrize("seed", [15676, 26082, 89483])
 def test_what_robots_still_do_for_a_forgotten_task_is_told_from_a_new_one_of_its_id(seed):
     outcome = run(draw(seed))
 

@@ -64,7 +64,7 @@ class ProtocolChecker:
         self._hives: dict[str, History] = defaultdict(lambda: History(self._broken, self._ended))
         self._lost_disks: list[HardState | None] = []
         self._told: set[tuple[str, str, int, str]] = set()
-        self._workers: dict[str, set[str]] = defaultdict(set)
+        self._workers: dict[str, dict[str, TaskStep]] = defaultdict(dict)
         self._finishers: dict[str, str] = {}
         self._finished: set[str] = set()
         self._handed_back: set[tuple[str, str, int]] = set()
@@ -122,25 +122,32 @@ class ProtocolChecker:
         ):
             self._check_is_safe(host, message.task.id, message.assignment, "an order")
 
-    def at_work(self, robot: str, task: str, works: bool) -> None:
-        """Record that a robot begins or stops working on a task."""
-        workers = self._workers[task]
+    def at_work(self, robot: str, step: TaskStep, works: bool) -> None:
+        """Record that a robot begins or stops working on a step of a task."""
+        task = step.task_id
         if not works:
-            workers.discard(robot)
+            self._workers[task].pop(robot, None)
             return
-        workers.add(robot)
+        self._workers[task][robot] = step
+        workers = self._workers_on(task)
         if len(workers) > 1:
             self._broken("never two robots", f"{' and '.join(sorted(workers))} work on {task}")
-        for other in (name for name, robots in self._workers.items() if robots):
-            if other.startswith(f"{task}.") or task.startswith(f"{other}."):
-                at_both = ", ".join(sorted(self._workers[other] | workers))
+        for other in tuple(self._workers):
+            is_part = other.startswith(f"{task}.") or task.startswith(f"{other}.")
+            if is_part and (others := self._workers_on(other)):
+                at_both = ", ".join(sorted(others | workers))
                 what = f"{at_both} work on {task} and {other}, of which one is a part of the other"
                 self._broken("never two robots", what)
 
     def stopped(self, robot: str) -> None:
         """Record the end of a robot's process, which stops its wheels."""
         for workers in self._workers.values():
-            workers.discard(robot)
+            workers.pop(robot, None)
+
+    def _workers_on(self, task: str) -> set[str]:
+        """Return who works on a task, except arms that end a step of an earlier one of that id."""
+        steps = self._workers[task].items()
+        return {robot for robot, step in steps if not self.loads.is_of_an_earlier_task(step)}
 
     def step_done(self, robot: str, step: TaskStep) -> None:
         """Record a completed step."""
@@ -240,7 +247,7 @@ class ProtocolChecker:
         name = part.task.id
         if name in self._finished:
             self._broken("done once", f"{name} is done, and its whole is to be done again")
-        if robots := self._workers[name]:
+        if robots := self._workers_on(name):
             what = f"{name} is joined while {', '.join(sorted(robots))} works on it"
             self._broken("never two robots", what)
 
@@ -269,7 +276,7 @@ class ProtocolChecker:
         if not before.is_held or not is_taken_away(before, after, self._handed_back):
             return
         self._lost.add(name)
-        if robot in self._workers[name]:
+        if robot in self._workers_on(name):
             self._broken("never two robots", f"{name} is taken from {robot}, which works on it")
 
     def _check_takeover(self, member: Member) -> None:

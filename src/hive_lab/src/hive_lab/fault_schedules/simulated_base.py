@@ -32,7 +32,7 @@ class SimulatedBase:
 
     Attributes:
         arrive: Called with the goal that the base has reached.
-        at_work: Called with the task of a drive when it begins and when it ends.
+        at_work: Called with the step of a drive when it begins and when it ends.
         heads_for: Called with the goal of a drive when it begins, and with None when it ends.
     """
 
@@ -41,18 +41,18 @@ class SimulatedBase:
         self._guard = DriveGuard()
         self._run = 0
         self._drive = Drive("move_base", "")
-        self._task = ""
+        self._step: TaskStep | None = None
         self._until = -math.inf
         self._tell: Callable[[CommandResult], None] = lambda _: None
         self._generation = 0
         self.arrive: Callable[[Pose], None] = lambda _: None
-        self.at_work: Callable[[str, bool], None] = lambda *_: None
+        self.at_work: Callable[[TaskStep, bool], None] = lambda *_: None
         self.heads_for: Callable[[Pose | None], None] = lambda _: None
 
     @property
     def drives(self) -> bool:
         """Whether it drives."""
-        return bool(self._task)
+        return self._step is not None
 
     def hold_until(self, end: float) -> None:
         """Let it drive until the end of the lease, by its host's clock [s]."""
@@ -70,10 +70,10 @@ class SimulatedBase:
     ) -> None:
         """Drive to the goal of a step, in place of the one before; it takes `duration` [s]."""
         self.cancel()
-        self._task, self._tell, self._generation = step.task_id, done, self._host.generation
+        self._step, self._tell, self._generation = step, done, self._host.generation
         self._drive = Drive("move_base", str(self._run))
         self._guard.hold(self._drive, self._until)
-        self.at_work(self._task, True)
+        self.at_work(step, True)
         self.heads_for(step.goal)
         self._host.network.schedule(duration, None, self._end, (self._run, step, works))
         self._watch(self._run)
@@ -82,9 +82,9 @@ class SimulatedBase:
         """Stop."""
         self._run += 1
         self._guard.drop(self._drive)
-        task, self._task = self._task, ""
-        if task:
-            self.at_work(task, False)
+        step, self._step = self._step, None
+        if step is not None:
+            self.at_work(step, False)
             self.heads_for(None)
 
     def process_ended(self) -> None:

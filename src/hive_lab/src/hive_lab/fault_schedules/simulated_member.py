@@ -159,9 +159,8 @@ class Drive:
         self._arrive = arrive
         self.stalls = stalls
         self._run = 0
-        self._task = ""
-        self._runs = False
-        self.at_work: Callable[[str, bool], None] = lambda *_: None
+        self._arms_step: TaskStep | None = None
+        self.at_work: Callable[[TaskStep, bool], None] = lambda *_: None
         self.step_done: Callable[[TaskStep], None] = lambda _: None
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
@@ -173,8 +172,8 @@ class Drive:
             self._end((run, step, result, done))
 
         if step.kind is not StepKind.MOVE:
-            self._task, self._runs = step.task_id, True
-            self.at_work(self._task, True)
+            self._arms_step = step
+            self.at_work(step, True)
         if (known := self._arm.knows(step)) is not None:
             self._host.network.schedule(0.0, self._host, end, known)
             return
@@ -197,14 +196,14 @@ class Drive:
 
     def cancel_arm(self) -> None:
         """Stop the arm, whoever has started it."""
-        self._run += self._runs
+        self._run += self._arms_step is not None
         self._arm.cancel()
         self._rest()
 
     def go_on(self) -> None:
         """Work with the arm again after a freeze, unless it was told to stop meanwhile."""
-        if self._runs:
-            self.at_work(self._task, True)
+        if self._arms_step is not None:
+            self.at_work(self._arms_step, True)
 
     def _end(
         self, what: tuple[int, TaskStep, CommandResult, Callable[[CommandResult], None]]
@@ -220,9 +219,9 @@ class Drive:
         done(result)
 
     def _rest(self) -> None:
-        if self._runs:
-            self._runs = False
-            self.at_work(self._task, False)
+        step, self._arms_step = self._arms_step, None
+        if step is not None:
+            self.at_work(step, False)
 
 
 class ArmSteps:
@@ -264,7 +263,7 @@ class SimulatedMember:
     battery: Battery = field(init=False)
     base: SimulatedBase = field(init=False)
     arm: SimulatedArm = field(init=False)
-    at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
+    at_work: Callable[[str, TaskStep, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
     heads_for: Callable[[str, Pose | None], None] = field(default=lambda *_: None)
 
@@ -324,10 +323,10 @@ class SimulatedMember:
         base, arm = self.base, self.arm
         drive = self.drive = Drive(self.host, self.random, arrive, base, arm, kit.stalls)
 
-        def at_work(task: str, works: bool) -> None:
+        def at_work(step: TaskStep, works: bool) -> None:
             if works:
                 self.disk.begin_step()
-            self.at_work(self.name, task, works)
+            self.at_work(self.name, step, works)
 
         base.at_work = drive.at_work = at_work
         base.arrive = arrive
