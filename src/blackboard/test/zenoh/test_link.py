@@ -31,6 +31,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.domain.task import TaskState
 from blackboard.zenoh import link as link_module
+from blackboard.zenoh.delivery import REPEATED
 from blackboard.zenoh.link import ZenohLink
 from blackboard.zenoh.session import Endpoints, session_config
 from hive_common.pose import Pose
@@ -226,6 +227,10 @@ def test_a_robots_own_topic_is_below_its_name(start, until_heard):
 
     arrival, said = robot.inbox.next()
     assert (arrival.sender, arrival.name, said) == ("anna", "robot1/set_state", "defect")
+
+
+def test_what_is_latched_on_ros_is_repeated_for_new_listeners():
+    assert {topic for topic, wire in WIRES.items() if wire.latched} <= REPEATED
 
 
 def test_a_new_listener_gets_the_last_list_and_each_status_of_the_process_itself(start):

@@ -144,6 +144,30 @@ def test_the_list_and_the_own_status_are_repeated_for_a_process_that_connects():
     assert sorted(place.heard["robot2"], key=str) == [own, "list"]
 
 
+def test_the_list_is_repeated_once_for_a_process_that_begins_to_listen_to_it():
+    place = Place(topics=())
+    place.say("list", topic=SYNC)
+    lists = []
+    for _ in range(2):
+        place.talkers["robot2"].subscribe(SYNC, lists.append).cancel()
+        place.talkers["robot2"].subscribe(SYNC, lists.append)
+        place.run(1.0)
+        place.network.hosts["robot2"].handlers[SYNC].clear()
+
+    assert lists == ["list"]
+
+
+def test_a_loss_of_routers_does_not_end_an_earlier_one_sooner():
+    place = Place(Site(routers=True))
+    place.network.lose_routers(5.0)
+    place.network.lose_routers(0.0)
+    place.run(2.0)
+    place.say("lost")
+    place.run(5.0)
+
+    assert place.heard["robot2"] == []
+
+
 def test_what_is_said_before_a_process_is_connected_is_lost(place):
     place.network.hosts["robot2"].crash()
     place.start("robot2")

@@ -20,7 +20,7 @@ from blackboard.domain.talker import TASK_CANCEL
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
-from hive_lab.fault_schedules.drawn_links import TRANSPORTS, ZENOH, over_zenoh
+from hive_lab.fault_schedules.drawn_links import ROS, TRANSPORTS, ZENOH, over_zenoh
 from hive_lab.fault_schedules.faulty_network import FaultyNetwork
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
@@ -189,7 +189,7 @@ def main() -> None:
         "--scenario", "--mood", choices=[*SCENARIOS, *ASIDE], default="", help="by default drawn"
     )
     parser.add_argument(
-        "--transport", choices=TRANSPORTS, default=TRANSPORTS[0], help="what carries the messages"
+        "--transport", choices=TRANSPORTS, default=ROS, help="what carries the messages"
     )
     wanted = parser.parse_args()
     zenoh = wanted.transport == ZENOH

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.domain.talker import BACKUP
+from blackboard.domain.talker import BACKUP, SYNC
 from blackboard.zenoh.authenticity import Authenticity
 from blackboard.zenoh.delivery import REPEATED, URGENT, is_repeated
 from blackboard.zenoh.presence import PERIOD
@@ -21,7 +21,7 @@ from blackboard.zenoh.user_timeout import UNACKNOWLEDGED
 from hive_lab.fault_schedules.faulty_network import FASTEST, FaultyNetwork
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Iterable
     from random import Random
 
     from hive_lab.fault_schedules.faulty_network import Host
@@ -72,6 +72,7 @@ class ZenohNetwork(FaultyNetwork):
         self._connections: dict[_Pair, _Connection] = {}  # each by both its pairs
         self._met: dict[_Pair, tuple[int, int]] = {}
         self._last: dict[_Pair, tuple[int, object]] = {}  # by sender and topic
+        self._hears_lists: set[tuple[str, int]] = set()  # hosts, each with its generation
         self._authenticity: dict[str, tuple[int, Authenticity]] = {}
 
     def started(self, host: Host) -> None:
@@ -88,8 +89,15 @@ class ZenohNetwork(FaultyNetwork):
             if (connection := self._connections.get((host.name, other.name))) is not None:
                 self._remove(connection)
 
-    def repeat_lists(self, host: Host, hear: Callable[[Any], None]) -> None:
-        """Do nothing: what was said last is repeated when a connection opens."""
+    def repeat_lists(self, host: Host, _hear: Callable[[Any], None]) -> None:
+        """Have the others say their last list again if a process has never listened to lists."""
+        if (host.name, host.generation) in self._hears_lists:
+            return
+        self._hears_lists.add((host.name, host.generation))
+        for other in self.hosts.values():
+            if (other.name, host.name) in self._connections:
+                delay = self.random.uniform(FASTEST, _SOON)
+                self.schedule(delay, other, self._repeat, (other, host, (SYNC,)))
 
     def send(
         self, sender: Host, topic: str, message: object, to: Collection[str] | None = None
@@ -130,7 +138,7 @@ class ZenohNetwork(FaultyNetwork):
     def lose_routers(self, hang: float) -> None:
         """End all connections through the routers, after these have hung for a while [s]."""
         if self.site.routers:
-            self.deaf_until = self.now + hang
+            self.deaf_until = max(self.deaf_until, self.now + hang)
             self.schedule(hang, None, self._close_all)
 
     def _close_all(self, _: object) -> None:
@@ -172,12 +180,13 @@ class ZenohNetwork(FaultyNetwork):
         self._connections[pair] = self._connections[back] = _Connection(self, one, other)
         for here, there in ((one, other), (other, one)):
             self._met[here.name, there.name] = here.generation, there.generation
-            self.schedule(self.random.uniform(0.0, _SOON), here, self._repeat, (here, there))
+            delay = self.random.uniform(0.0, _SOON)
+            self.schedule(delay, here, self._repeat, (here, there, sorted(REPEATED)))
 
-    def _repeat(self, who: tuple[Host, Host]) -> None:
+    def _repeat(self, what: tuple[Host, Host, Iterable[str]]) -> None:
         """Have a host say again to all what it said last, for one that listens from now on."""
-        host, newcomer = who
-        for topic in sorted(REPEATED):
+        host, newcomer, topics = what
+        for topic in topics:
             generation, message = self._last.get((host.name, topic), (-1, None))
             if generation == host.generation and topic in newcomer.handlers:
                 self.counts["repeated"] += 1
