@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import queue
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("blackboard.msg", reason="the codec needs generated messages")
@@ -189,6 +192,38 @@ def test_of_what_a_process_says_only_so_much_waits_and_others_are_heard_all_the_
     assert host.runtime.warnings == [
         "7 messages on task_state were refused so far: /flood says more than is read here"
     ]
+
+
+def test_an_urgent_message_overtakes_all_that_wait_and_urgent_ones_keep_their_order(host):
+    later = replace(REPLY, version=8)
+    for value, topic in ((UPDATE, TASK_STATE), (REPLY, BB_ACK), (UPDATE, TASK_STATE)):
+        host.link.deliver(value, "/r9", topic)
+    host.link.deliver(later, "/r9", BB_ACK)
+    host.work_off()
+
+    assert host.heard["r1"] == [REPLY, later, UPDATE, UPDATE]
+
+
+def test_an_urgent_message_is_not_waited_for_longer_than_any_other(host, monkeypatch):
+    def get(waiting, timeout):
+        assert not waiting.empty(), f"it would wait for {timeout} s"
+        return waiting.queue.popleft()
+
+    monkeypatch.setattr(queue.Queue, "get", get)
+    host.members["r1"].subscribe(BB_ACK, lambda _: setattr(host.runtime, "over", True))
+    host.link.deliver(REPLY, "/r9", BB_ACK)
+    host.talker.spin()
+
+    assert host.heard["r1"] == [REPLY]
+
+
+def test_an_urgent_message_that_waits_is_heard_before_a_timer_that_is_due(host):
+    host.talker.after(-1.0, lambda: host.heard["r1"].append("the timer"))
+    host.link.deliver(REPLY, "/r9", BB_ACK)
+    host.link.deliver(UPDATE, "/r9")
+    host.work_off()
+
+    assert host.heard["r1"] == [REPLY, "the timer", UPDATE]
 
 
 def test_a_message_that_the_link_refuses_reaches_nobody(host):

@@ -44,9 +44,9 @@ def children(monkeypatch):
         pipe.close()
 
 
-def test_it_is_started_with_the_first_drive_and_told_of_each_change(children):
+def test_it_is_started_before_the_first_drive_and_told_of_each_change(children):
     guard = GuardProcess()
-    assert children.ends == []
+    assert len(children.ends) == 1
 
     guard.hold(ONE, 10.5)
     guard.hold(ONE, 11.5)
@@ -90,6 +90,7 @@ class Guarding:
         self.now = 0.0
         self.cancelled = []
         self.readied = []
+        self.loaded = []
         self.steps = []
         reads, self._writes = os.pipe()
         self.stdin = os.fdopen(reads, "rb", 0)
@@ -99,6 +100,7 @@ class Guarding:
         monkeypatch.setattr(guard_process.signal, "alarm", lambda _: None)
         monkeypatch.setattr(guard_process, "_cancel", self._cancel)
         monkeypatch.setattr(guard_process, "_become_node", lambda: self.readied.append(self.now))
+        monkeypatch.setattr(guard_process, "_rospy", lambda: self.loaded.append(self.now))
 
     def _wait(self, *_files_and_time):
         """Take the next step of the test: a time that passes, or what comes in."""
@@ -145,6 +147,18 @@ def test_it_gets_ready_before_it_has_to_cancel_a_drive(guarding):
     assert guarding.readied == [9.0]
 
 
+def test_it_loads_rospy_once_in_the_first_minute_while_it_guards_no_drive(guarding):
+    guarding.run(5.0, 50.0, 60.0)
+    assert guarding.loaded == [50.0]
+
+
+def test_it_loads_rospy_only_after_the_drive_that_it_guards(guarding):
+    drive, ended = HELD.replace(b"10.0", b"90.0"), HELD.replace(b"10.0", b"null")
+    guarding.run(drive, 50.0, 55.0, ended)
+
+    assert guarding.loaded == [55.0]
+
+
 def test_a_line_may_come_in_pieces(guarding):
     assert guarding.run(HELD[:9], HELD[9:], 5.0) == [(ONE, 5.0, "ended")]
 
@@ -158,3 +172,11 @@ def test_a_drive_that_has_ended_is_not_cancelled(guarding):
 def test_while_it_guards_a_drive_it_looks_at_its_clock_every_second_as_its_machine_may_sleep():
     assert [wait_for(left) for left in (-0.5, 0.2, 3.0)] == [0.0, 0.2, 1.0]
     assert wait_for(math.inf) is None
+
+
+def test_it_wakes_to_load_rospy(guarding):
+    guarding.now = 3.0
+
+    assert wait_for(math.inf, 14.5) == 11.5
+    assert wait_for(math.inf, 2.5) == 0.0
+    assert wait_for(2.0, 14.5) == 1.0

@@ -37,7 +37,7 @@ class FakeInbox:
     def call(self, action):
         pass
 
-    def every(self, period, action):
+    def after(self, delay, action):
         pass
 
     def node_of(self, name):

@@ -24,8 +24,14 @@ class Machines:
         self.connected = {"5e55": "10.0.0.2"} if connected is None else connected
         self.answer = answer
         self.asked, self.open, self.died = [], 0, []
-        self.presence = Presence(lambda: self.connected, lambda *address: Probe(self, address))
+        self.put_off = []
+        self.presence = Presence(
+            lambda: self.connected,
+            lambda _delay, look: self.put_off.append(look),
+            lambda *address: Probe(self, address),
+        )
         self.watch("robot2")
+        self.pass_time()
 
     def watch(self, sender):
         """Watch a process in place of any other."""
@@ -34,9 +40,16 @@ class Machines:
     def lose(self, token=ROBOT2):
         """Let a process be there when it is looked at, and then vanish."""
         self.presence.appear(token)
-        self.presence.check()
+        self.pass_time()
         self.presence.vanish(token)
-        self.presence.check()
+        self.pass_time()
+
+    def pass_time(self):
+        """Let what was put off happen; return how much that was."""
+        looks, self.put_off = self.put_off, []
+        for look in looks:
+            look()
+        return len(looks)
 
 
 class Probe:
@@ -65,7 +78,7 @@ def test_a_process_has_died_whose_token_is_gone_and_whose_address_refuses():
 def test_a_death_is_told_once():
     machines = Machines()
     machines.lose()
-    machines.presence.check()
+    machines.pass_time()
 
     assert machines.died == ["robot2"]
 
@@ -77,7 +90,7 @@ def test_a_machine_that_does_not_refuse_proves_nothing_until_it_does(answer):
     assert machines.died == []
 
     machines.answer = Answer.REFUSES
-    machines.presence.check()
+    machines.pass_time()
     assert machines.died == ["robot2"]
 
 
@@ -105,14 +118,46 @@ def test_a_process_that_is_back_is_alive_and_the_token_of_its_last_life_may_go()
     machines = Machines({"5e55": "10.0.0.2", "5e56": "10.0.0.2"})
     again = Token("robot2", "5e56", "10.0.0.2:7447")
     machines.presence.appear(ROBOT2)
-    machines.presence.check()
+    machines.pass_time()
     machines.presence.appear(again)
     machines.presence.vanish(ROBOT2)
-    machines.presence.check()
+    machines.pass_time()
     assert machines.died == []
 
     machines.lose(again)
     assert machines.died == ["robot2"]
+
+
+def test_nobody_is_looked_at_again_unless_its_token_is_gone_and_it_may_have_died():
+    machines = Machines(answer=Answer.NONE)
+    machines.presence.appear(ROBOT2)
+    assert [machines.pass_time() for _ in range(2)] == [1, 0]
+
+    machines.presence.vanish(ROBOT2)
+    assert [machines.pass_time() for _ in range(3)] == [1, 1, 1]
+    machines.answer = Answer.REFUSES
+    assert [machines.pass_time() for _ in range(2)] == [1, 0]
+
+
+def test_a_process_that_was_there_before_it_is_watched_is_looked_at():
+    machines = Machines()
+    machines.watch("robot3")
+    machines.presence.appear(ROBOT2)
+    machines.pass_time()
+    machines.watch("robot2")
+    machines.pass_time()
+    machines.presence.vanish(ROBOT2)
+    machines.pass_time()
+
+    assert machines.died == ["robot2"]
+
+
+def test_several_changes_at_once_are_one_look():
+    machines = Machines()
+    machines.presence.appear(ROBOT2)
+    machines.presence.appear(Token("robot3", "5e57", "10.0.0.3:7447"))
+
+    assert machines.pass_time() == 1
 
 
 def test_only_the_process_that_a_watcher_named_last_is_watched():
@@ -129,13 +174,13 @@ def test_nobody_is_asked_whose_token_is_back_or_who_is_watched_no_more():
     assert machines.open == 1
 
     machines.presence.appear(ROBOT2)
-    machines.presence.check()
+    machines.pass_time()
     assert machines.open == 0
 
     machines.presence.vanish(ROBOT2)
-    machines.presence.check()
+    machines.pass_time()
     machines.watch("robot3")
-    machines.presence.check()
+    machines.pass_time()
     assert (machines.open, machines.died) == (0, [])
 
 

@@ -96,7 +96,7 @@ class Leader:
         """Return the process of a member."""
         return name
 
-    def every(self, _period, _action):
+    def after(self, _delay, _action):
         """Watch nobody."""
 
 

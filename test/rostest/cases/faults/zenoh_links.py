@@ -55,7 +55,7 @@ def receive(arrival):
 ends = Endpoints((endpoint,), (speaker,))
 session = open_session(session_config(ends, Path(folder)))
 link = ZenohLink(session, "site", "robot2", ())
-link.attach(SimpleNamespace(receive=receive, every=lambda *_: None, call=lambda action: None))
+link.attach(SimpleNamespace(receive=receive, after=lambda *_: None, call=lambda action: None))
 for topic in (BB_ACK, TASK_STATE):
     link.listen(topic, topic)
 sys.stdin.read()
@@ -63,7 +63,7 @@ sys.stdin.read()
 """Prints the topic and the number of each message that it hears, until its input ends."""
 
 
-UNHEARD = SimpleNamespace(receive=lambda _: None, every=lambda *_: None, call=lambda _: None)
+UNHEARD = SimpleNamespace(receive=lambda _: None, after=lambda *_: None, call=lambda _: None)
 """A talker that hears nothing."""
 
 

@@ -45,6 +45,10 @@ ROBOT_STATUS: Topic[RobotStatus] = Topic("robot_status")
 SET_STATE: Topic[str] = Topic("set_state")
 """In the robot's own namespace; all other topics belong to the hive."""
 
+URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
+"""Topics on which a message overtakes those of others, on its way and where it waits to be read: a
+hive elects another leader if the leader and a majority do not hear each other in time."""
+
 LEARNER_TOPICS = (TASK_STATE, ROBOT_STATUS, BB_ACK)
 """What a member that cannot lead may publish."""
 

@@ -44,6 +44,9 @@ class Inbox(Protocol):
     def every(self, period: float, action: Callable[[], None]) -> object:
         """Call repeatedly in the talker's thread [s]."""
 
+    def after(self, delay: float, action: Callable[[], None]) -> object:
+        """Call once in the talker's thread, after a delay [s]."""
+
 
 class Link(Protocol):
     """Carries messages between this process and others.

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import queue
-from collections import defaultdict
+from collections import defaultdict, deque
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
@@ -16,7 +16,7 @@ from blackboard.codec.tables import WIRES
 from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.clock_offsets import ClockOffsets
-from blackboard.domain.talker import BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
+from blackboard.domain.talker import BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE, URGENT
 from blackboard.process.backlog import Backlog
 from blackboard.process.speakers import Speakers
 from blackboard.process.timers import Timers
@@ -96,7 +96,8 @@ class ProcessTalker:
         self._runtime = runtime
         # Not a SimpleQueue: in Python 3.11 its get() never times out once a signal handler has
         # taken longer than the timeout.
-        self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
+        self._queue: queue.Queue[Callable[[], None] | None] = queue.Queue()
+        self._urgent: deque[Callable[[], None]] = deque()
         self._backlog = Backlog()
         self.spins = False
         self._timers = own = Timers(machine_time)
@@ -167,8 +168,16 @@ class ProcessTalker:
         return _Subscription(lambda: listeners.remove(listener))
 
     def receive(self, arrival: Arrival) -> None:
-        """Take a message from another process; any thread may call this."""
-        if self._backlog.admits(arrival.sender, arrival.topic):
+        """Take a message from another process; any thread may call this.
+
+        One of an urgent topic overtakes all others that wait.
+        """
+        if not self._backlog.admits(arrival.sender, arrival.topic):
+            return
+        if arrival.topic in URGENT:
+            self._urgent.append(lambda: self._take_waiting(arrival))
+            self._queue.put(None)  # wakes `spin`
+        else:
             self.call(lambda: self._take_waiting(arrival))
 
     def _take_waiting(self, arrival: Arrival) -> None:
@@ -249,6 +258,9 @@ class ProcessTalker:
                 act = self._queue.get(timeout=self._patience())
             except queue.Empty:
                 act = None
+            # Else a leader that has a burst of tasks to take in would believe that nobody answers.
+            for _ in range(len(self._urgent)):
+                self._urgent.popleft()()
             # What is overdue comes first: the machine may have slept, and a lease ended.
             self._timers.call_due()
             self.world.call_due()

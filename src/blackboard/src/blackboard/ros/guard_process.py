@@ -3,7 +3,7 @@
 
 Run as a program, this module is that process. It reads what the robot's process tells of its
 drives from its standard input, which ends when that process does, however it ends. It becomes a
-node only when it may soon have to cancel a goal.
+node only when it may soon have to cancel a goal, and loads rospy before that, in a quiet moment.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import random
 import select
 import signal
 import subprocess
@@ -34,6 +35,13 @@ _READY = 1.5
 """So long before it has to cancel a goal it becomes a node [s], which takes a while. Leases are
 renewed earlier than that, unless something is wrong."""
 
+_LOADS_AFTER = (10.0, 40.0)
+"""Between these times after its start [s], drawn so that not all guards of a machine do it at
+once, it loads rospy as soon as it guards no drive. That takes ten times the processor time of
+becoming a node. When a fleet on one machine lost its leader in a burst of tasks, guards that
+loaded it because all leases were about to end took a quarter of the processor time, and the next
+leader was lost as well (docs/benchmarks.md, auction)."""
+
 _CONNECTED_WITHIN = 2.0
 """Time in which a navigation that is there hears the guard [s]; else it is gone as well."""
 
@@ -47,11 +55,15 @@ _LAST = 10
 
 
 class GuardProcess:
-    """A `Guard` in a process of its own, which is started with the first drive."""
+    """A `Guard` in a process of its own.
+
+    It is started at once: to start a process takes more processor time than a task's auction, and
+    in a burst of tasks all robots of a fleet begin to drive.
+    """
 
     def __init__(self) -> None:
         self._held: dict[Drive, float] = {}
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process = _start()
 
     def hold(self, drive: Drive, until: float) -> None:
         """See `Guard.hold`."""
@@ -101,13 +113,17 @@ def _start() -> subprocess.Popen[bytes] | None:
 def main() -> None:
     """Cancel each drive whose lease ends, until the robot's process ends; then what is left."""
     guard, said = DriveGuard(), b""
+    loads_at = machine_time() + random.uniform(*_LOADS_AFTER)  # noqa: S311  (no secret)
     while True:
         left = guard.next_due - machine_time()
+        if math.isinf(left) and machine_time() >= loads_at:
+            _rospy()
+            loads_at = math.inf
         if left < _READY:
             _become_node()
         else:
             left -= _READY
-        ready, _, _ = select.select([sys.stdin], [], [], wait_for(left))
+        ready, _, _ = select.select([sys.stdin], [], [], wait_for(left, loads_at))
         if ready:
             heard = os.read(sys.stdin.fileno(), _MOST_READ)
             if not heard:
@@ -120,13 +136,16 @@ def main() -> None:
     _cancel(guard.left(), "its robot's process has ended")
 
 
-def wait_for(left: float) -> float | None:
+def wait_for(left: float, loads_at: float = math.inf) -> float | None:
     """Return for how long to wait at most [s]; None without end.
 
     Args:
         left: Time until something is due [s]; infinite if nothing is guarded.
+        loads_at: When rospy is to be loaded, by the machine's clock [s]; infinite once it is.
     """
-    return None if math.isinf(left) else min(max(left, 0.0), _LONGEST_WAIT)
+    if math.isinf(left):
+        return None if math.isinf(loads_at) else max(loads_at - machine_time(), 0.0)
+    return min(max(left, 0.0), _LONGEST_WAIT)
 
 
 def _take(guard: DriveGuard, line: bytes) -> None:
@@ -163,7 +182,7 @@ def _cancel(drives: Collection[Drive], why: str) -> None:
 
 
 def _rospy() -> Any:  # noqa: ANN401  (rospy has no types)
-    """Import rospy, without which a guard that never cancels takes a third of the memory."""
+    """Import rospy, which takes half a second."""
     import rospy  # noqa: PLC0415
 
     return rospy

@@ -8,18 +8,7 @@ urgent messages overtake the others, and ordinary ones that find no room are dro
 from __future__ import annotations
 
 from blackboard.domain.characteristics import RobotStatus
-from blackboard.domain.talker import (
-    BACKUP,
-    BB_ACK,
-    BB_ENTRIES,
-    BB_VOTE,
-    ROBOT_STATUS,
-    SYNC,
-    TASK_ASSIGN,
-)
-
-URGENT = frozenset({BACKUP, BB_ACK, BB_VOTE, BB_ENTRIES, TASK_ASSIGN})
-"""Topics on which a message overtakes others."""
+from blackboard.domain.talker import ROBOT_STATUS, SYNC
 
 BEST_EFFORT = frozenset({ROBOT_STATUS})
 """Topics on which the next message makes up for one that is lost."""

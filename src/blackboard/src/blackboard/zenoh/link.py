@@ -12,11 +12,12 @@ import zenoh
 from zenoh.handlers import Callback
 
 from blackboard.codec.tables import WIRES
+from blackboard.domain.talker import URGENT
 from blackboard.process.link import Arrival
 from blackboard.zenoh.access import ALIVE, LISTENS, key_of, keys_for, keys_to
 from blackboard.zenoh.authenticity import Authenticity
-from blackboard.zenoh.delivery import BEST_EFFORT, REPEATED, URGENT, is_repeated
-from blackboard.zenoh.presence import NO_ADDRESS, PERIOD, Presence, Token
+from blackboard.zenoh.delivery import BEST_EFFORT, REPEATED, is_repeated
+from blackboard.zenoh.presence import NO_ADDRESS, Presence, Token
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
@@ -72,7 +73,6 @@ class ZenohLink:
         self._wires = wires
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._last: dict[str, bytes] = {}
-        self._presence = Presence(self._hosts)
         self._authenticity = Authenticity(namespace, machine_time)
         self._token = Token(name, str(session.info.zid()), address or NO_ADDRESS)
         self._tokens: list[Any] = []
@@ -80,11 +80,11 @@ class ZenohLink:
     def attach(self, inbox: Inbox) -> None:
         """Deliver from now on to this talker."""
         self._inbox = inbox
+        self._presence = Presence(self._hosts, inbox.after)
         self._follow(ALIVE, "*/*/*", self._presence.appear, self._presence.vanish)
         for topic in REPEATED & self._publishers.keys():
             self._follow(f"{LISTENS}/{topic}", "*/*/*", partial(self._repeat, topic))
         self._declare(self._token.key(self._key(ALIVE)))
-        inbox.every(PERIOD, self._presence.check)
 
     def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
         """Send a value to all who listen, or to programs and those members that it concerns."""

@@ -25,7 +25,10 @@ NO_ADDRESS = "-"
 _HIGHEST_PORT = 65_535
 
 PERIOD = 0.03
-"""Time between two checks whether a watched process has ended [s]."""
+"""Time between two looks at a watched process whose token is gone [s]."""
+
+_FIRST_LOOK = 0.01
+"""From a change until the first look [s]: a process that ends takes a moment to close its port."""
 
 
 @dataclass(frozen=True)
@@ -60,38 +63,59 @@ class Token:
 class Presence:
     """Follows the tokens of all processes. Use it from one thread.
 
+    It looks at the watched processes after each change, and then again and again only while the
+    token of one is gone: in a large fleet, looking all the time costs more than all messages.
+
     Args:
         hosts_of: Returns the hosts that this session is connected to, by the ids of sessions.
+        after: Calls once after a time [s], in that thread.
         probe: Returns what asks a port of a host.
     """
 
     def __init__(
         self,
         hosts_of: Callable[[], dict[str, str]],
+        after: Callable[[float, Callable[[], None]], object],
         probe: Callable[[str, int], Probe] = PortProbe,
     ) -> None:
         self._hosts_of = hosts_of
+        self._after = after
         self._probe = probe
         self._here: dict[str, Token] = {}
         self._watches: dict[str, _Watch] = {}
+        self._will_look = False
 
     def appear(self, token: Token) -> None:
         """Note the token of a process; that of an earlier start may go later."""
         self._here[token.sender] = token
+        self._look_soon()
 
     def vanish(self, token: Token) -> None:
         """Note that a token is gone."""
         if self._here.get(token.sender) == token:
             del self._here[token.sender]
+            self._look_soon()
 
     def watch(self, watcher: str, sender: str, died: Callable[[], None]) -> None:
         """Call once when a process has ended; see `process.link.Link.watch`."""
         if watcher in self._watches:
             self._watches[watcher].stop()
         self._watches[watcher] = _Watch(sender, died)
+        self._look_soon()
 
-    def check(self) -> None:
-        """Look after the watched processes, every `PERIOD`."""
+    def _look_soon(self) -> None:
+        if not self._will_look:
+            self._will_look = True
+            self._after(_FIRST_LOOK, self._look)
+
+    def _look(self) -> None:
+        self._will_look = False
+        self._check()
+        if any(each.probe is not None for each in self._watches.values()):
+            self._will_look = True
+            self._after(PERIOD, self._look)
+
+    def _check(self) -> None:
         for watcher, watch in tuple(self._watches.items()):
             token = self._here.get(watch.sender)
             if token is not None:

@@ -185,6 +185,9 @@ class ZenohTopics:
             action()
 
     def every(self, _period: float, _action: Callable[[], None]) -> None:
+        """Do nothing: only members have something to do all the time."""
+
+    def after(self, _delay: float, _action: Callable[[], None]) -> None:
         """Do nothing: only members watch others."""
 
     def _read(self, arrival: Arrival) -> None:

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.domain.talker import BACKUP, SYNC
+from blackboard.domain.talker import BACKUP, SYNC, URGENT
 from blackboard.zenoh.authenticity import Authenticity
-from blackboard.zenoh.delivery import REPEATED, URGENT, is_repeated
+from blackboard.zenoh.delivery import REPEATED, is_repeated
 from blackboard.zenoh.presence import PERIOD
 from blackboard.zenoh.user_timeout import UNACKNOWLEDGED
 from hive_lab.fault_schedules.faulty_network import FASTEST, FaultyNetwork
