@@ -226,6 +226,19 @@ def test_an_urgent_message_that_waits_is_heard_before_a_timer_that_is_due(host):
     assert host.heard["r1"] == [REPLY, "the timer", UPDATE]
 
 
+def test_timers_get_their_turn_while_urgent_messages_keep_coming(host):
+    later = replace(REPLY, version=8)
+    more = iter([later])
+    host.members["r1"].subscribe(
+        BB_ACK, lambda _: [host.link.deliver(each, "/r9", BB_ACK) for each in more]
+    )
+    host.talker.after(-1.0, lambda: host.heard["r1"].append("the timer"))
+    host.link.deliver(REPLY, "/r9", BB_ACK)
+    host.work_off()
+
+    assert host.heard["r1"] == [REPLY, "the timer", later]
+
+
 def test_a_message_that_the_link_refuses_reaches_nobody(host):
     host.link.deliver(UPDATE, "/liar")
     host.work_off()
