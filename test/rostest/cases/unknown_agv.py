@@ -3,8 +3,11 @@
 
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
-from hive_operator import TOLERANCE, Operator, apart, task
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from hive_operator import TOLERANCE, Operator, apart, sender, task
+from launching import wait_until_empty
 
+AGENT = "/vda5050_agent"
 GOAL = (14.0, 5.4, 0.0)
 
 
@@ -23,3 +26,17 @@ def test_an_agv_takes_what_its_factsheet_says_that_it_can_carry_and_no_more():
     end = operator.follow("L1")
     assert (end.state, end.robot_id) == (TaskState.DONE, "agv1")
     assert apart(operator.place("agv1"), GOAL) < 2 * TOLERANCE
+
+
+def test_where_an_agv_is_that_no_simulator_tells_of_is_shown_by_its_agent():
+    poses = {}
+    rospy.Subscriber(
+        "agv1/amcl_pose",
+        PoseWithCovarianceStamped,
+        lambda message: poses.update({sender(message): message}),
+    )
+    wait_until_empty(lambda: {AGENT} - poses.keys())
+
+    shown = poses[AGENT]
+    assert shown.header.frame_id == "map"
+    assert apart((shown.pose.pose.position.x, shown.pose.pose.position.y), GOAL) < 2 * TOLERANCE

@@ -29,7 +29,7 @@ UPDATE = TaskUpdate("T1", TaskState.STARTED, "r1", 0, 1)
 class FakeLink:
     """A link that notes what it is asked for, and delivers what a test gives it."""
 
-    name = "/host"
+    names = ("/host",)
 
     def __init__(self):
         self.sent = []
@@ -40,8 +40,8 @@ class FakeLink:
     def attach(self, inbox):
         self.inbox = inbox
 
-    def publish(self, topic, value, to):
-        self.sent.append((topic, value, to))
+    def publish(self, robot, topic, value, to):
+        self.sent.append((robot, topic, value, to))
 
     def listen(self, topic, name):
         self.listens.append((topic, name))
@@ -52,7 +52,7 @@ class FakeLink:
     def watch(self, watcher, node, died):
         self.watched.append((watcher, node, died))
 
-    def deliver(self, value, sender, topic=TASK_STATE, name=""):
+    def deliver(self, value, sender, topic=TASK_STATE, name="", to=""):
         """Deliver a value; return how often it was read so far, in a list."""
         reads = []
 
@@ -60,7 +60,7 @@ class FakeLink:
             reads.append(True)
             return WIRES[topic].encode(value)
 
-        self.inbox.receive(Arrival(topic, name or topic, sender, read))
+        self.inbox.receive(Arrival(topic, name or topic, sender, read, to))
         return reads
 
 
@@ -115,7 +115,7 @@ def test_what_a_member_publishes_reaches_the_others_as_the_same_value(host):
     host.work_off()
 
     assert all(seen == [UPDATE] and seen[0] is UPDATE for seen in host.heard.values())
-    assert host.link.sent == [(TASK_STATE, UPDATE, None)]
+    assert host.link.sent == [("r1", TASK_STATE, UPDATE, None)]
 
 
 def test_a_member_does_not_hear_what_it_says_to_other_members(host):
@@ -150,6 +150,24 @@ def test_a_message_that_nobody_wants_is_not_read():
     talker.spin()
 
     assert reads == []
+
+
+def test_a_message_from_outside_for_one_robot_reaches_no_other(host):
+    host.link.deliver(REPLY, "/blackboard", BB_ACK, to="r2")
+    host.link.deliver(UPDATE, "/blackboard", to="r9")
+    host.work_off()
+
+    assert list(host.heard.values()) == [[], [REPLY], []]
+
+
+def test_a_process_that_speaks_as_each_of_its_robots_ignores_what_comes_back(host):
+    host.link.names = ("r1", "r2", "r3")
+    for name in host.link.names:
+        host.link.deliver(UPDATE, name)
+    host.work_off()
+
+    assert list(host.heard.values()) == [[]] * 3
+    assert host.talker.node_of("/r2/robot") in host.link.names
 
 
 def test_what_comes_back_from_this_process_itself_is_ignored(host):

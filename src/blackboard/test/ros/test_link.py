@@ -90,9 +90,9 @@ class Unread:
 
 
 def test_a_message_is_encoded_only_if_somebody_has_subscribed(link):
-    link.publish(TASK_STATE, UPDATE, None)
+    link.publish("robot1", TASK_STATE, UPDATE, None)
     FakePublisher.subscribers = 1
-    link.publish(TASK_STATE, UPDATE, None)
+    link.publish("robot1", TASK_STATE, UPDATE, None)
 
     assert [message.task_id for message in FakePublisher.sent] == ["T1"]
     assert FakePublisher.sent[0].header.stamp.to_sec() == 1.0

@@ -176,7 +176,7 @@ def test_it_speaks_in_the_name_of_its_own_process_to_others_only(ros, machines):
         machine.session.declare_subscriber("hive/lab/**", Callback(found.put, indirect=False))
     a.relay.take_out("traffic", Traffic)
     a.until_heard("traffic")
-    ros.say("/a/traffic", Traffic(name="robot7"))
+    ros.say("/a/traffic", Traffic(name="robot1"))
 
     assert str(heard.get(timeout=WITHIN).key_expr) == "hive/lab/traffic/robot1"
     assert own.empty()
@@ -247,7 +247,7 @@ def test_bytes_that_are_no_message_are_refused_with_their_topic_and_a_reason(ros
 def test_a_message_that_is_too_long_is_refused(ros, out, monkeypatch):
     _, b = out
     monkeypatch.setattr(link_module, "MAX_SIZE", 10)
-    ros.say("/a/traffic", Traffic())
+    ros.say("/a/traffic", Traffic(name="robot1"))
     topic, reason = b.refused.get(timeout=WITHIN)
 
     assert topic == "traffic"
@@ -337,10 +337,29 @@ def test_hives_of_other_names_hear_nothing(ros, machines):
     assert ros.published["/hall/traffic"].empty()
 
 
-def test_a_robot_that_announces_where_another_one_drives_is_refused(ros, out):
-    _, b = out
-    for name in ("robot2", "r" * 500, "robot1"):
+def test_what_other_robots_of_its_machine_announce_is_left_to_their_own_relays(ros, out):
+    for name in ("agv1", "robot1"):
         ros.say("/a/traffic", Traffic(name=name))
+
+    assert ros.next("/b/traffic").name == "robot1"
+    assert out[1].refused.empty()
+
+
+def test_what_robots_of_its_own_process_say_is_not_brought_in(ros, machines):
+    a, b = machines
+    both = Relay(b.session, Own("lab", "robot2"), "/b/", print, ours=("robot2", "agv1"))
+    both.bring_in("traffic", Traffic)
+    a.until_heard("traffic")
+    for name in ("agv1", "robot1"):
+        a.session.put(f"hive/lab/traffic/{name}", serialized(Traffic(name=name)))
+
+    assert ros.next("/b/traffic").name == "robot1"
+
+
+def test_a_robot_that_announces_where_another_one_drives_is_refused(ros, out):
+    a, b = out
+    for name in ("robot2", "r" * 500, "robot1"):
+        a.session.put("hive/lab/traffic/robot1", serialized(Traffic(name=name)))
 
     assert ros.next("/b/traffic").name == "robot1"
     refused = [b.refused.get(timeout=WITHIN) for _ in range(2)]

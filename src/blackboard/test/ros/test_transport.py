@@ -40,8 +40,9 @@ class FakeLink:
 class FakeRelay:
     """A relay that notes what it is to carry."""
 
-    def __init__(self, session, own, namespace, refuse):
+    def __init__(self, session, own, namespace, refuse, ours):
         self.session, self.own, self.namespace, self.refuse = session, own, namespace, refuse
+        self.ours = ours
         self.brought, self.taken, self.drives = {}, {}, []
         self.bring_in, self.take_out = self.brought.__setitem__, self.taken.__setitem__
 
@@ -56,7 +57,7 @@ class Node:
         self.at_shutdown, self.ros_talkers = [], []
         self.session = SimpleNamespace(close=lambda: None)
         self.silent, self.warnings, self.is_shut_down = 0, [], False
-        monkeypatch.setattr(rospy, "search_param", self._search)
+        monkeypatch.setattr(rospy, "has_param", self.parameters.__contains__)
         monkeypatch.setattr(rospy, "get_param", self._get)
         monkeypatch.setattr(rospy, "resolve_name", lambda name: name)
         monkeypatch.setattr(rospy, "get_name", lambda: self.name)
@@ -72,9 +73,6 @@ class Node:
         monkeypatch.setattr(relay_module, "Relay", self._noting(self.relays, FakeRelay))
         tell = lambda relay, *drive: relay.drives.append(drive)  # noqa: E731  (one line)
         monkeypatch.setattr(drives_module, "DriveTeller", tell)
-
-    def _search(self, name):
-        return f"/lab/{name}" if f"/lab/{name}" in self.parameters else None
 
     def _get(self, name, default=None):
         return self.parameters.get(name, default)
@@ -111,23 +109,39 @@ def on_zenoh(node):
 
 
 def test_a_node_without_the_parameter_speaks_over_ros_also_for_several_robots(node):
-    robots = ("robot1", "robot2")
+    talker = make_talker("/lab/", {"robot1": LEARNS, "robot2": iter(STANDS_BY)})
 
-    assert zenoh_settings() is None
-    assert make_talker("/lab/", STANDS_BY, robots) == "a talker on ROS"
-    assert node.ros_talkers == [("/lab/", STANDS_BY, robots)]
+    assert zenoh_settings("/lab/blackboard") is None
+    assert talker == "a talker on ROS"
+    ((hive, topics, robots),) = node.ros_talkers
+    assert (hive, robots) == ("/lab/", ("robot1", "robot2"))
+    assert sorted(topics) == sorted({*LEARNS, *STANDS_BY})
     assert node.configs == []
 
 
-def test_the_parameter_is_read_where_ros_finds_it(on_zenoh):
-    assert zenoh_settings() == ZenohSettings(listen=(LISTEN,), hive="hall")
-    assert on_zenoh.configs == []
+@pytest.mark.parametrize(
+    "place", ["/lab/robot1/robot/zenoh", "/lab/robot1/zenoh", "/lab/zenoh", "/zenoh"]
+)
+def test_the_parameter_is_read_below_the_node_or_a_namespace_above_it(node, place):
+    node.parameters[place] = {"listen": [LISTEN], "hive": "hall"}
+
+    assert zenoh_settings("/lab/robot1/robot") == ZenohSettings(listen=(LISTEN,), hive="hall")
+    assert (zenoh_settings("/hall/robot1/robot") is None) == (place != "/zenoh")
+    assert node.configs == []
+
+
+def test_what_is_nearer_to_the_node_goes_first(on_zenoh):
+    on_zenoh.parameters["/lab/robot1/robot/zenoh"] = {"hive": "own"}
+
+    found = zenoh_settings("/lab/robot1/robot")
+    assert found is not None
+    assert found.hive == "own"
 
 
 def test_a_parameter_that_says_nothing_still_asks_for_zenoh(node):
     node.parameters["/lab/zenoh"] = {}
 
-    assert zenoh_settings() == ZenohSettings()
+    assert zenoh_settings("/lab/blackboard") == ZenohSettings()
 
 
 @pytest.mark.parametrize(
@@ -142,43 +156,79 @@ def test_a_wrong_value_is_named_with_its_parameter(node, given, said):
     node.parameters["/lab/zenoh"] = given
 
     with pytest.raises(ParameterError, match=said):
-        make_talker("/lab/", STANDS_BY, ("robot1",))
+        make_talker("/lab/", {"robot1": STANDS_BY})
     assert node.configs == node.ros_talkers == []
 
 
-def test_a_process_of_several_robots_is_refused_over_zenoh(on_zenoh):
+@pytest.fixture
+def of_two(node):
+    """A node of a learner and a robot that stands by; each connects by a parameter of its own."""
+    for port, robot in enumerate(("agv1", "agv2"), start=7447):
+        listen = [f"tcp/127.0.0.1:{port}"]
+        node.parameters[f"/lab/{robot}/robot/zenoh"] = {"listen": listen, "hive": "hall"}
+    node.name = "/lab/vda5050_agent"
+    return node
+
+
+TWO = {"agv1": LEARNS, "agv2": STANDS_BY}
+
+
+def test_each_robot_of_a_process_has_a_session_a_link_and_topics_of_its_own(of_two):
+    talker = make_talker("/lab/", {robot: iter(topics) for robot, topics in TWO.items()})
+
+    ports = [config["listen"]["endpoints"] for config in of_two.configs]
+    assert ports == [["tcp/127.0.0.1:7447"], ["tcp/127.0.0.1:7448"]]
+    assert {link.name: link.advertises for link in of_two.links} == TWO
+    assert [link.options["among"] for link in of_two.links] == [("agv1", "agv2")] * 2
+    assert [link.inbox for link in of_two.links] == [talker] * 2
+    assert len(of_two.at_exit) == len(of_two.links)
+
+
+def test_each_robot_of_a_process_announces_itself_and_one_brings_in_for_all(of_two):
+    make_talker("/lab/", TWO)
+
+    first, second = of_two.relays
+    assert [set(first.taken), set(second.taken)] == [
+        {"traffic"},
+        {"traffic", "routes", "traffic_state"},
+    ]
+    assert [len(first.brought), len(second.brought)] == [4, 0]
+    assert [relay.ours for relay in of_two.relays] == [("agv1", "agv2")] * 2
+    assert [names.robot for relay in of_two.relays for names, _ in relay.drives] == list(TWO)
+    assert [relay.own.name for relay in of_two.relays] == list(TWO)
+
+
+def test_a_process_of_which_some_robots_only_speak_over_zenoh_does_not_start(of_two):
     with pytest.raises(SettingsError) as refused:
-        make_talker("/lab/", STANDS_BY, ("robot1", "robot2"))
+        make_talker("/lab/", TWO | {"agv3": LEARNS})
 
     assert str(refused.value) == (
-        "this process has several robots (robot1, robot2), and the parameter zenoh is set; over "
-        "Zenoh each robot needs a process of its own: `processes: each` in the fleet file"
+        "the parameter zenoh is not set for agv3, but for other robots of this process; allowed: "
+        "for all of them, or for none"
     )
-    assert on_zenoh.configs == []
+    assert of_two.configs == []
 
 
 def test_an_endpoint_that_reaches_others_without_certificates_is_refused(on_zenoh):
     on_zenoh.parameters["/lab/zenoh"] = {"listen": ["tcp/0.0.0.0:7447"]}
 
     with pytest.raises(SettingsError, match="allowed without certificates"):
-        make_talker("/lab/", STANDS_BY, ("robot1",))
+        make_talker("/lab/", {"robot1": STANDS_BY})
     assert on_zenoh.configs == []
 
 
 @pytest.mark.parametrize(
-    ("topics", "robots", "said"),
+    ("spoken", "said"),
     [
-        (STANDS_BY, ("robot1",), {"traffic", "routes", "traffic_state"}),
-        (LEARNS, ("robot1",), {"traffic"}),
-        (VOTER_TOPICS, (), {"routes", "traffic_state"}),
-        (LEARNER_TOPICS, (), set()),
+        (({"robot1": STANDS_BY},), {"traffic", "routes", "traffic_state"}),
+        (({"robot1": LEARNS},), {"traffic"}),
+        (({}, VOTER_TOPICS), {"routes", "traffic_state"}),
+        (({}, LEARNER_TOPICS), set()),
     ],
     ids=["a robot that stands by", "a learner", "the blackboard", "one that neither is nor leads"],
 )
-def test_a_relay_takes_out_what_its_process_may_say_and_brings_in_all(
-    on_zenoh, topics, robots, said
-):
-    make_talker("/lab/", iter(topics), robots)
+def test_a_relay_takes_out_what_its_process_may_say_and_brings_in_all(on_zenoh, spoken, said):
+    make_talker("/lab/", *spoken)
 
     (relay,) = on_zenoh.relays
     assert relay.taken == {topic: relay.brought[topic] for topic in said}
@@ -191,8 +241,8 @@ def test_a_relay_takes_out_what_its_process_may_say_and_brings_in_all(
 
 
 def test_a_robot_s_process_tells_where_it_is_and_drives(on_zenoh):
-    make_talker("/lab/", STANDS_BY, ("robot1",))
-    make_talker("/lab/", VOTER_TOPICS)
+    make_talker("/lab/", {"robot1": STANDS_BY})
+    make_talker("/lab/", {}, VOTER_TOPICS)
 
     robot, blackboard = on_zenoh.relays
     ((names, refuse),) = robot.drives
@@ -204,7 +254,7 @@ def test_a_robot_s_process_tells_where_it_is_and_drives(on_zenoh):
 def test_nothing_is_relayed_where_all_members_share_one_ros_master(on_zenoh):
     on_zenoh.parameters["/lab/zenoh"] = {"listen": [LISTEN], "own_master": False}
 
-    talker = make_talker("/lab/", STANDS_BY, ("robot1",))
+    talker = make_talker("/lab/", {"robot1": STANDS_BY})
 
     assert on_zenoh.links[0].inbox is talker
     assert on_zenoh.relays == []
@@ -214,7 +264,7 @@ def test_the_relay_belongs_to_the_same_process_and_tells_the_talker_what_it_refu
     on_zenoh, monkeypatch
 ):
     monkeypatch.setattr(ProcessTalker, "call", lambda _, action: action())
-    talker = make_talker("/lab/", STANDS_BY, ("robot1",))
+    talker = make_talker("/lab/", {"robot1": STANDS_BY})
 
     (relay,) = on_zenoh.relays
     relay.refuse("traffic", "too long")
@@ -223,21 +273,25 @@ def test_the_relay_belongs_to_the_same_process_and_tells_the_talker_what_it_refu
     assert talker.refusals.counts == {("traffic", "too long"): 1}
 
 
-@pytest.mark.parametrize(("robots", "name"), [(("robot1",), "robot1"), ((), "blackboard")])
-def test_a_process_speaks_as_its_robot_or_else_as_its_node(on_zenoh, robots, name):
-    make_talker("/lab/", iter(STANDS_BY), robots)
+@pytest.mark.parametrize(
+    ("spoken", "name"),
+    [(({"robot1": iter(STANDS_BY)},), "robot1"), (({}, iter(STANDS_BY)), "blackboard")],
+)
+def test_a_process_speaks_as_its_robot_or_else_as_its_node(on_zenoh, spoken, name):
+    make_talker("/lab/", *spoken)
 
     (link,) = on_zenoh.links
     assert (link.hive, link.name, link.session) == ("hall", name, on_zenoh.session)
     assert link.advertises == STANDS_BY
     assert link.options["namespace"] == "/lab/"
+    assert link.options["among"] == ()
     assert link.options["address"] == "127.0.0.1:7447"
     assert link.options["date"]() == 7.0
 
 
 def test_the_session_is_that_of_the_parameter_and_ends_with_the_process(on_zenoh):
     on_zenoh.parameters["/lab/zenoh"] = {"connect": [LISTEN], "mode": "client"}
-    make_talker("/lab/", STANDS_BY, ("robot1",))
+    make_talker("/lab/", {"robot1": STANDS_BY})
 
     (config,) = on_zenoh.configs
     assert config["mode"] == "client"
@@ -249,7 +303,7 @@ def test_a_node_waits_for_a_router_and_says_so(on_zenoh):
     on_zenoh.parameters["/lab/zenoh"] = {"connect": [LISTEN], "mode": "client"}
     on_zenoh.silent = 2
 
-    make_talker("/lab/", STANDS_BY, ("robot1",))
+    make_talker("/lab/", {"robot1": STANDS_BY})
 
     assert on_zenoh.links[0].session is on_zenoh.session
     assert on_zenoh.warnings == ["no router answers"] * 2
@@ -260,7 +314,7 @@ def test_a_node_that_is_shut_down_waits_for_no_router(on_zenoh):
     on_zenoh.silent, on_zenoh.is_shut_down = 99, True
 
     with pytest.raises(rospy.ROSInterruptException):
-        make_talker("/lab/", STANDS_BY, ("robot1",))
+        make_talker("/lab/", {"robot1": STANDS_BY})
     assert len(on_zenoh.configs) == 1
 
 
@@ -269,12 +323,12 @@ def test_a_node_whose_folder_is_not_there_does_not_start(on_zenoh, tmp_path):
     on_zenoh.parameters["/lab/zenoh"] = {"certificates": str(folder)}
 
     with pytest.raises(SettingsError, match=r"gone/own\.json cannot be used"):
-        make_talker("/lab/", STANDS_BY, ("robot1",))
+        make_talker("/lab/", {"robot1": STANDS_BY})
     assert on_zenoh.configs == []
 
 
 def test_the_talker_uses_the_link_and_wakes_up_when_the_node_shuts_down(on_zenoh, monkeypatch):
-    talker = make_talker("/lab/", STANDS_BY, ("robot1",))
+    talker = make_talker("/lab/", {"robot1": STANDS_BY})
     assert isinstance(talker, ProcessTalker)
     assert on_zenoh.links[0].inbox is talker
 

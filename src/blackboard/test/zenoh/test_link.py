@@ -17,12 +17,14 @@ import zenoh
 from std_msgs.msg import Bool
 
 from blackboard.codec.tables import WIRES, Wire
-from blackboard.consensus.messages import AppendReply
+from blackboard.consensus.log import Position
+from blackboard.consensus.messages import AppendEntries, AppendReply
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.talker import (
     BB_ACK,
+    BB_ENTRIES,
     NEW_TASK,
     ROBOT_STATUS,
     SET_STATE,
@@ -37,6 +39,7 @@ from blackboard.zenoh.session import Endpoints, session_config
 from hive_common.pose import Pose
 
 UPDATE = TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 1)
+ENTRIES = AppendEntries(3, "/blackboard#1", Position(0, 0), (), 0, 1.5)
 REPLY = AppendReply("/robot3/robot#1", 3, 7, 1.5)
 WITHIN = 20.0  # a busy machine needs no longer [s]
 
@@ -136,7 +139,7 @@ def pair(start, until_heard):
 
 def test_a_message_arrives_with_its_sender_its_stamp_and_all_it_says(pair):
     first, second = pair
-    second.link.publish(TASK_STATE, UPDATE, None)
+    second.link.publish("", TASK_STATE, UPDATE, None)
 
     arrival, value = first.inbox.next()
 
@@ -161,7 +164,7 @@ def test_messages_that_are_not_the_cores_are_carried_where_a_link_is_given_them(
     first.link.listen("zones", "zones")
     second = start("anna", [first.address], topics=("zones",), wires={"zones": zones})
     until_heard(second.session, "hive/lab/zones/anna")
-    second.link.publish("zones", True, None)
+    second.link.publish("", "zones", True, None)
 
     assert first.inbox.arrived.get(timeout=WITHIN).read() == Bool(True)
 
@@ -170,7 +173,7 @@ def test_messages_of_one_sender_arrive_in_their_order(pair):
     first, second = pair
     sent = [TaskUpdate(f"T{number}", TaskState.STARTED, "robot2", 0, 1) for number in range(300)]
     for each in sent:
-        second.link.publish(TASK_STATE, each, None)
+        second.link.publish("", TASK_STATE, each, None)
 
     assert [first.inbox.next()[1] for _ in sent] == sent
 
@@ -178,7 +181,7 @@ def test_messages_of_one_sender_arrive_in_their_order(pair):
 def test_a_process_does_not_hear_itself(pair):
     first, second = pair
     second.link.listen(TASK_STATE, TASK_STATE)
-    second.link.publish(TASK_STATE, UPDATE, None)
+    second.link.publish("", TASK_STATE, UPDATE, None)
 
     assert first.inbox.next()[1] == UPDATE
     assert second.inbox.arrived.empty()
@@ -212,14 +215,71 @@ def hearers(start, until_heard):
 def test_a_message_for_some_members_is_heard_by_them_and_by_programs_once(hearers, to, who):
     processes, link = hearers
     last = AppendReply("/robot3/robot#1", 9, 9, 9.0)
-    link.publish(BB_ACK, REPLY, to)
-    link.publish(BB_ACK, last, None)
+    link.publish("robot3", BB_ACK, REPLY, to)
+    link.publish("robot3", BB_ACK, last, None)
 
     for name, each in processes.items():
         expected = [REPLY, last] if name in who else [last]
         found = [each.inbox.next() for _ in expected]
         assert [value for _, value in found] == expected
         assert {arrival.sender for arrival, _ in found} == {"robot3"}
+
+
+@pytest.fixture
+def agvs(start, until_heard):
+    """The links of two robots of one process, and a leader that they hear and that hears them."""
+    among = ("agv1", "agv2")
+    leader = start("blackboard", topics=(TASK_STATE, BB_ENTRIES))
+    leader.link.listen(BB_ACK, BB_ACK)
+    first = start("agv1", [leader.address], topics=(BB_ACK,), among=among)
+    second = start("agv2", [leader.address, first.address], topics=(BB_ACK,), among=among)
+    for each in (first, second):
+        for topic in (TASK_STATE, BB_ENTRIES, BB_ACK):
+            each.link.listen(topic, topic)
+        until_heard(each.session, f"hive/lab/bb_ack/{each.link.names[0]}/blackboard")
+    for name in (
+        "task_state/blackboard",
+        "bb_entries/blackboard/agv1",
+        "bb_entries/blackboard/agv2",
+    ):
+        until_heard(leader.session, f"hive/lab/{name}")
+    return first, second, leader
+
+
+def test_what_is_for_all_is_heard_once_by_the_robots_of_a_process(agvs):
+    first, second, leader = agvs
+    leader.link.publish("", TASK_STATE, UPDATE, None)
+    leader.link.publish("", BB_ENTRIES, ENTRIES, ["/agv2/robot", "/agv1/robot"])
+
+    said = [first.inbox.next() for _ in range(2)]
+    (only,) = [second.inbox.next()]
+    assert {(arrival.topic, arrival.to) for arrival, _ in said} == {
+        (TASK_STATE, ""),
+        (BB_ENTRIES, "agv1"),
+    }
+    assert (only[0].topic, only[0].to) == (BB_ENTRIES, "agv2")
+
+
+def test_robots_of_a_process_speak_for_themselves_and_say_nothing_to_each_other(agvs):
+    first, second, leader = agvs
+    second.link.publish("agv2", BB_ACK, REPLY, ["/agv1/robot", "/blackboard"])
+    first.link.publish("agv1", BB_ACK, REPLY, ["/blackboard"])
+    leader.link.publish("", TASK_STATE, UPDATE, None)
+
+    assert {leader.inbox.next()[0].sender for _ in range(2)} == {"agv1", "agv2"}
+    assert first.inbox.next()[0].topic == TASK_STATE  # nothing came before
+
+
+def test_each_robot_of_a_process_lives_by_a_token_of_its_own(start):
+    among = ("agv1", "agv2")
+    first = start("agv1", among=among)
+    tokens = queue.Queue()
+    first.session.liveliness().declare_subscriber(
+        "hive/lab/alive/**", lambda sample: tokens.put(str(sample.key_expr)), history=True
+    )
+    start("agv2", [first.address], among=among)
+
+    assert {tokens.get(timeout=WITHIN).split("/")[3] for _ in among} == set(among)
 
 
 def test_a_robots_own_topic_is_below_its_name(start, until_heard):
@@ -241,10 +301,10 @@ def test_what_is_latched_on_ros_is_repeated_for_new_listeners():
 
 def test_a_new_listener_gets_the_last_list_and_each_status_of_the_process_itself(start):
     first = start("robot1")
-    first.link.publish(SYNC, TaskList(1, 2, (), "hive1"), None)
-    first.link.publish(SYNC, TaskList(1, 3, (), "hive1"), None)
-    first.link.publish(ROBOT_STATUS, status("robot1", "here"), None)
-    first.link.publish(ROBOT_STATUS, status("robot9", "of another"), None)
+    first.link.publish("", SYNC, TaskList(1, 2, (), "hive1"), None)
+    first.link.publish("", SYNC, TaskList(1, 3, (), "hive1"), None)
+    first.link.publish("", ROBOT_STATUS, status("robot1", "here"), None)
+    first.link.publish("", ROBOT_STATUS, status("robot9", "of another"), None)
     late = start("robot2", [first.address])
     for topic in (SYNC, ROBOT_STATUS):
         late.link.listen(topic, topic)
@@ -270,7 +330,7 @@ def test_bytes_that_are_no_message_are_refused_when_they_are_read(pair, payload)
 def test_a_message_that_is_too_large_is_not_read(pair, monkeypatch):
     first, second = pair
     monkeypatch.setattr(link_module, "MAX_SIZE", 10)
-    second.link.publish(TASK_STATE, UPDATE, None)
+    second.link.publish("", TASK_STATE, UPDATE, None)
     arrival = first.inbox.arrived.get(timeout=WITHIN)
 
     with pytest.raises(ValueError, match="bytes; allowed: at most 10"):
@@ -287,7 +347,7 @@ def test_a_process_that_speaks_as_another_is_refused(pair):
 
 def test_what_may_be_said_is_advertised_at_the_start(start):
     with pytest.raises(KeyError):
-        start("robot1", topics=(TASK_STATE,)).link.publish(NEW_TASK, None, None)
+        start("robot1", topics=(TASK_STATE,)).link.publish("", NEW_TASK, None, None)
 
 
 def test_a_process_whose_session_closes_is_proved_dead_by_its_address(start):

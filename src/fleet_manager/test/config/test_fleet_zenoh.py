@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 import yaml
-from attrs import evolve
 
 from blackboard.zenoh.settings import ZenohSettings
 from fleet_manager.config.fleet_file import (
-    mistakes_over_zenoh,
     read_fleet,
     read_fleet_and_mistakes,
 )
@@ -44,8 +42,8 @@ def file(tmp_path):
     return tmp_path / "mine.yaml"
 
 
-def fleet_of(file, head=MEMBERS):
-    file.write_text(f"{head}{ROBOTS}", encoding="utf-8")
+def fleet_of(file, head=MEMBERS, robots=ROBOTS):
+    file.write_text(f"{head}{robots}", encoding="utf-8")
     return read_fleet(str(file))
 
 
@@ -242,6 +240,51 @@ def test_simulated_robots_have_processes_of_their_own(file):
     assert "robot_host" not in text
 
 
+def test_simulated_robots_share_processes_over_zenoh_too_if_the_fleet_says_so(file):
+    pytest.importorskip("xacro")
+    fleet = fleet_of(file, "transport: zenoh\nprocesses: shared\n")
+    root = launched(fleet, sim=True)
+
+    assert [each.get("name") for each in root.iter("node")][:1] == ["robot_host_1"]
+    assert {"amy/robot", "bob/robot"} <= settings(root).keys()
+    assert robots_in(root) == []
+    assert "robot_host" not in launch_text(fleet, sim=False)
+    assert "robot_host" not in launch_text(fleet, sim=True, machine=["amy"])
+
+
+AGVS = """\
+  - {name: agv1, pose: [20, 2, 0], driver: vda5050}
+  - {name: agv2, pose: [22, 2, 0], driver: vda5050}
+broker: {host: 10.0.0.9}
+"""
+
+
+def test_a_machine_has_any_number_of_agvs_besides_one_robot(file):
+    fleet = fleet_of(file, ROUTERS, ROBOTS + AGVS)
+    root = launched(fleet, "amy", "agv2")
+    told = settings(root)
+
+    assert unknown_on(fleet, ["amy", "agv1", "agv2"]) == ""
+    assert unknown_on(fleet, ["amy", "bob", "agv1"]).endswith("AGVs with driver: vda5050")
+    assert told.keys() == {"amy/robot", "agv2/robot"}
+    assert told["agv2/robot"] == {
+        "mode": "client",
+        "connect": ["tls/10.0.0.1:7447", "tls/10.1.0.1:7447"],
+        "certificates": str(file.parent / "certs" / "agv2"),
+        "own_master": True,
+    }
+    assert robots_in(root) == ["amy"]
+    (agent,) = (each for each in root.iter("node") if each.get("type") == "vda5050_agent")
+    (known,) = (each for each in agent.iterfind("rosparam") if each.get("param") == "robots")
+    assert [each["name"] for each in yaml.safe_load(known.text)] == ["agv2"]
+
+
+def test_a_machine_without_agvs_has_no_agent(file):
+    fleet = fleet_of(file, ROUTERS, ROBOTS + AGVS)
+
+    assert "vda5050" not in launch_text(fleet, sim=True, machine=["amy"])
+
+
 def test_over_ros_nothing_speaks_over_zenoh(file):
     root = launched(fleet_of(file, ""))
 
@@ -253,7 +296,7 @@ def test_over_ros_nothing_speaks_over_zenoh(file):
     [
         ("", ["amy"], "with transport: ros all machines share one ROS master"),
         (MEMBERS, ["amy", "carl"], "carl; allowed: blackboard, amy, bob, anna, eve"),
-        (MEMBERS, ["amy", "bob"], "amy, bob; allowed: one robot"),
+        (MEMBERS, ["amy", "bob"], "amy, bob; allowed: one robot, because"),
         ("transport: zenoh\n", ["amy"], "does not say where members are reached"),
         (ROUTERS, ["hall"], "hall; allowed: blackboard, amy, bob, anna, eve, north, south"),
     ],
@@ -314,15 +357,6 @@ def test_a_mistake_in_how_members_reach_each_other_is_named_in_its_line(file, he
     assert any(words in each and "mine.yaml:" in each for each in found), found
 
 
-def test_processes_with_several_robots_are_refused_over_zenoh(file):
-    fleet = evolve(fleet_of(file), processes="shared")
-    agv = evolve(fleet.robots[1], driver="vda5050")
-
-    found = [str(each) for each in mistakes_over_zenoh(evolve(fleet, robots=(agv,)))]
-
-    assert ["'shared'" in found[0], "'vda5050'" in found[1]] == [True, True]
-
-
 def test_the_fleets_of_the_page_are_good_and_its_machines_are_theirs(file):
     page = PAGE.read_text(encoding="utf-8")
     blocks = re.findall(r"^ {3}```yaml\n(.*?)^ {3}```", page, re.DOTALL | re.MULTILINE)
@@ -331,6 +365,7 @@ def test_the_fleets_of_the_page_are_good_and_its_machines_are_theirs(file):
         f"  - {{name: robot{number}, model: mir100, pose: [{2 * number}, 2, 0]}}\n"
         for number in range(1, 5)
     )
+    robots += AGVS.replace("broker", "# broker")
 
     assert mistakes_in(file, direct) == []
     peers = read_fleet(str(file))

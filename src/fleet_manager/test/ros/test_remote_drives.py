@@ -152,11 +152,12 @@ def test_what_is_no_pose_is_refused_and_not_shown(ros, relay, drives, odd):
 
 def test_a_robot_of_this_machine_is_left_alone(ros, relay, drives):
     ros.nodes.add("/lab/robot1/robot")
-    for robot in ("robot1", "robot2"):
+    ros.parameters["/lab/agv1/robot"] = {"stands_by": False}  # of a process with several robots
+    for robot in ("robot1", "robot2", "agv1"):
         drives.show(robot)
 
     assert {topic for topic, _ in relay.takers} == {"robot2/amcl_pose", "robot2/plan"}
-    assert not [name for name in ros.publishers if "robot1" in name]
+    assert not [name for name in ros.publishers if "robot2" not in name]
 
 
 @pytest.mark.parametrize("asked", ["lookupNode", "has_param"])

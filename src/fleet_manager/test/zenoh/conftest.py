@@ -73,7 +73,7 @@ class Leader:
 
     def say(self, topic, value, by="blackboard"):
         """Say something as a member."""
-        self.link(by).publish(topic, value, None)
+        self.link(by).publish(by, topic, value, None)
 
     def show(self, robot, topic, msg):
         """Say something for display as a robot."""

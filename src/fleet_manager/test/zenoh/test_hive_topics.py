@@ -251,7 +251,7 @@ def test_a_request_that_nobody_can_hear_is_published_all_the_same_after_a_while(
 
     program.topics.speak(CancelTask("T1"))
 
-    assert published == [(TASK_CANCEL, "T1", None)]
+    assert published == [("", TASK_CANCEL, "T1", None)]
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "*", "**", "robot 1", "r" * 65])

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Five machines, each with a ROS master and a simulator, started by the launch file.
 
-They are hosts of a network on this computer: a robot each, and the office with the blackboard and
-the operator, which is this program's. Robots are simulated apart, so nobody's laser sees another
-one: what keeps them from each other are announcements and routes that cross the network.
+They are hosts of a network on this computer: three with a robot each, one with two AGVs that speak
+VDA 5050, and the office with the blackboard and the operator, which is this program's. They are
+simulated apart, so nobody's laser sees another one: what keeps them from each other are
+announcements and routes that cross the network.
 """
 
 import contextlib
@@ -12,6 +13,7 @@ import os
 import subprocess
 import sys
 import time
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -36,12 +38,19 @@ from robot_description.models import load_model
 
 NODES = Path(__file__).resolve().parents[2] / "nodes"
 FLEET = yaml.safe_load(find_file("fleet_manager", "fleets", "lab").read_text("utf-8"))
+AGV = {"driver": "vda5050", "simulated": True}
+FLEET["robots"][1] |= AGV
+FLEET["robots"].append({"name": "agv1", "model": "mir100", "pose": [2.6, 8.0, 0.0], **AGV})
 SCENARIO = yaml.safe_load(find_file("fleet_manager", "scenarios", "demo").read_text("utf-8"))
 ROBOTS = tuple(robot["name"] for robot in FLEET["robots"])
 TASKS = tuple(task["id"] for task in SCENARIO["tasks"])
+AGVS = "agvs"
+"""The host of all robots with `driver: vda5050`."""
+HOSTS = {robot["name"]: AGVS if "driver" in robot else robot["name"] for robot in FLEET["robots"]}
+"""Where each robot runs."""
 MEMBERS = ("/blackboard", *(f"/{robot}/robot" for robot in ROBOTS))
 IN_THE_OFFICE = ("blackboard", "laptop1")
-PORT = 7447
+PORTS = {robot: 7447 + number for number, robot in enumerate(ROBOTS)}
 FOOTPRINTS = {
     robot["name"]: Polygon(load_model(robot["model"]).base.footprint) for robot in FLEET["robots"]
 }
@@ -52,7 +61,7 @@ class Machines:
 
     Args:
         folder: For certificates, files, journals and logs.
-        network: With a host for each robot; this program is in the office.
+        network: With the hosts of all robots; this program is in the office.
     """
 
     def __init__(self, folder, network):
@@ -60,7 +69,9 @@ class Machines:
         self._network = network
         self._launched = {}
         self._launches = Launches()
-        self.addresses = {robot: f"{network.address(robot)}:{PORT}" for robot in ROBOTS}
+        self.addresses = {
+            robot: f"{network.address(HOSTS[robot])}:{PORTS[robot]}" for robot in ROBOTS
+        }
         site = Site.new(folder / "site")
         site.add("blackboard", Role.BLACKBOARD)
         site.add("laptop1", Role.OPERATOR)
@@ -68,7 +79,7 @@ class Machines:
             site.add(robot, Role.ROBOT)
         zenoh = {
             "members": [
-                {"name": "blackboard", "address": f"{OFFICE}:{PORT}"},
+                {"name": "blackboard", "address": f"{OFFICE}:{PORTS[ROBOTS[0]]}"},
                 *({"name": robot, "address": self.addresses[robot]} for robot in ROBOTS),
             ],
             "certificates": str(site.folder / "members"),
@@ -82,8 +93,8 @@ class Machines:
     def start(self):
         """Launch on each host what runs there."""
         self._launch("office", IN_THE_OFFICE)
-        for robot in ROBOTS:
-            self._launch(robot, (robot,))
+        for host in set(HOSTS.values()):
+            self._launch(host, tuple(robot for robot in ROBOTS if HOSTS[robot] == host))
 
     def _launch(self, host, names):
         words = {
@@ -113,7 +124,12 @@ class Machines:
         files = {robot: self._folder / f"{robot}.jsonl" for robot in ROBOTS}
         with contextlib.ExitStack() as stack:
             for robot, file in files.items():
-                words = [*self._prefix(robot), sys.executable, str(NODES / "witness"), robot]
+                words = [
+                    *self._prefix(HOSTS[robot]),
+                    sys.executable,
+                    str(NODES / "witness"),
+                    robot,
+                ]
                 log = stack.enter_context(file.open("w"))
                 witness = subprocess.Popen(words, stdout=log, env={**os.environ, **ALONE})
                 stack.enter_context(witness)
@@ -128,8 +144,8 @@ class Machines:
 
     def kill_member(self, node):
         """Kill the process of a member alone."""
-        host = "office" if node == "/blackboard" else node.split("/")[1]
-        program = "blackboard_node" if host == "office" else "robot_node"
+        host = "office" if node == "/blackboard" else HOSTS[node.split("/")[1]]
+        program = {"office": "blackboard_node", AGVS: "vda5050_agent"}.get(host, "robot_node")
         below = psutil.Process(self._launched[host].pid).children(recursive=True)
         (member,) = (each for each in below if _runs(each, program))
         member.kill()
@@ -159,8 +175,8 @@ def _runs(process, program):
 
 @pytest.fixture(scope="module")
 def network():
-    """A host for each robot."""
-    with network_of(ROBOTS) as network:
+    """The hosts of all robots."""
+    with network_of(tuple(dict.fromkeys(HOSTS.values()))) as network:
         yield network
 
 
@@ -215,9 +231,10 @@ def test_the_demo_is_done_without_a_collision_though_its_leader_is_killed(machin
 
 @pytest.mark.usefixtures("operator")
 def test_nothing_but_the_hive_s_port_is_reached_from_the_network(network, machines):
-    assert {robot: network.open_on(robot) for robot in ROBOTS} == {
-        robot: {machines.addresses[robot]} for robot in ROBOTS
-    }
+    expected = defaultdict(set)
+    for robot, host in HOSTS.items():
+        expected[host].add(machines.addresses[robot])
+    assert {host: network.open_on(host) for host in expected} == expected
 
 
 def overlaps(one, poses, other, others):
@@ -237,10 +254,10 @@ def logs_with(word):
     """Return the logs of members that have a word."""
     logs = [
         log
-        for name in ("blackboard", "robot?-robot")
+        for name in ("blackboard", "robot?-robot", "vda5050_agent")
         for log in Path(os.environ["ROS_LOG_DIR"]).rglob(f"{name}-*.log")
     ]
-    assert len(logs) == len(MEMBERS)
+    assert len(logs) >= len({"office", *HOSTS.values()})
     return [str(each) for each in logs if word in each.read_text("utf-8", "replace")]
 
 

@@ -18,6 +18,7 @@ class Arrival:
         topic: Its topic, one of `codec.tables.WIRES`.
         name: The topic's name below the hive; for `set_state` with the robot's namespace.
         sender: The process that has sent it.
+        to: The robot of this process that it is for; empty if it is for all members here.
         read: Returns the message; raises ValueError or genpy.DeserializationError if it is none.
     """
 
@@ -25,6 +26,7 @@ class Arrival:
     name: str
     sender: str
     read: Callable[[], Any]
+    to: str = ""
 
 
 class Inbox(Protocol):
@@ -52,18 +54,24 @@ class Link(Protocol):
     """Carries messages between this process and others.
 
     Attributes:
-        name: That of this process, as others see it.
+        names: Those as which this process speaks, as others see it; one of them for all members,
+            or one for each of its robots.
     """
 
-    name: str
+    names: tuple[str, ...]
 
     def attach(self, inbox: Inbox) -> None:
         """Deliver from now on to this talker; called once, before anything else."""
 
-    def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
+    def publish(self, robot: str, topic: str, value: object, to: Collection[str] | None) -> None:
         """Send a value of the core to other processes.
 
-        `to` names members or robots; those that are known to be neither may be left out.
+        Args:
+            robot: Whose member says it; empty if that of no robot.
+            topic: On which it is said.
+            value: What is said.
+            to: Names of members or robots; those that are known to be neither may be left out.
+                None: it is for everybody.
         """
 
     def listen(self, topic: str, name: str) -> None:

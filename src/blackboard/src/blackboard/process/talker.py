@@ -129,7 +129,7 @@ class ProcessTalker:
         self, member: str, topic: str, message: object, to: Collection[str] | None = None
     ) -> None:
         """Publish to all subscribers, or without the members that `to` leaves out."""
-        self._link.publish(topic, message, to)
+        self._link.publish(self._members.get(member, ""), topic, message, to)
         if topic in self._handlers:
             self.call(lambda: self._hand_over(member, topic, message, to))
 
@@ -186,10 +186,15 @@ class ProcessTalker:
         self._receive(arrival)
 
     def _receive(self, arrival: Arrival) -> None:
-        if arrival.sender == self._link.name:
+        if arrival.sender in self._link.names:
             return  # handed over already
         listeners = self._handlers[arrival.name]
-        wanted = [each for each in listeners if each.when is None or each.when()]
+        wanted = [
+            each
+            for each in listeners
+            if not arrival.to or self._members.get(each.member) == arrival.to
+            if each.when is None or each.when()
+        ]
         if not wanted:
             return
         topic = arrival.topic
@@ -232,7 +237,7 @@ class ProcessTalker:
     def node_of(self, name: str) -> str:
         """Return the process that speaks for a member or a robot; empty if unknown."""
         if name in self._members or name in self._members.values():
-            return self._link.name
+            return self._link.names[0]
         return self._speakers.node_of(name)
 
     def call(self, action: Callable[[], None]) -> None:

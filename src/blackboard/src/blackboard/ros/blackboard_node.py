@@ -36,7 +36,7 @@ def _run() -> None:
     params.refuse_unknown(kinds, ["journal", PARAMETER])
     hive = rospy.get_namespace()
     journal = membership.open_journal(rospy.get_name())
-    talker = make_talker(hive, VOTER_TOPICS)
+    talker = make_talker(hive, {}, VOTER_TOPICS)
     member = talker.member(rospy.get_name())
     path_lengths = RosPathLengths(talker, hive, params.read(PathSettings))
     node = membership.join(member, hive, path_lengths, journal, bootstraps=True)

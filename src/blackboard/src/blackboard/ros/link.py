@@ -35,11 +35,11 @@ class RosLink:
         robots: The robots of this process; see `ros.talker.RosTalker`.
 
     Attributes:
-        name: That of this node.
+        names: That of this node.
     """
 
     def __init__(self, hive: str, advertises: Iterable[str], robots: Collection[str]) -> None:
-        self.name = str(rospy.get_name())
+        self.names: tuple[str, ...] = (str(rospy.get_name()),)
         self._hive = hive
         self._recap = Recap(robots)
         self._backups: rospy.Subscriber | None = None
@@ -53,7 +53,7 @@ class RosLink:
         self._audience = Audience(inbox.node_of)
         self._audience.speaks = self._publishers.get(BB_ENTRIES if self._is_voter else BB_ACK)
 
-    def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
+    def publish(self, _robot: str, topic: str, value: object, to: Collection[str] | None) -> None:
         """Publish to all subscribers, or without the members that `to` leaves out."""
         publisher = self._publishers[topic]
         if isinstance(value, RobotStatus):

@@ -23,7 +23,7 @@ from blackboard.zenoh.link import deserialized, serialized
 from hive_common.ros.signals import is_shutting_down
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from blackboard.zenoh.session import Own
 
@@ -43,9 +43,10 @@ class Relay:
 
     Args:
         session: Open; the caller closes it.
-        own: The hive, and as whom this process speaks.
+        own: The hive, and as whom it speaks.
         namespace: Of the hive on this machine, ending in a slash.
         refuse: Notes a topic, and why a message on it was refused.
+        ours: Others as whom this process speaks; what they say is not brought in.
 
     ROS Publishers and Subscribers: the topics, as they are asked for.
     """
@@ -56,8 +57,10 @@ class Relay:
         own: Own,
         namespace: str,
         refuse: Callable[[str, str], None],
+        ours: Collection[str] = (),
     ) -> None:
         self._session = session
+        self._ours = ours
         self._own = own
         self._namespace = namespace
         self._refuse = refuse
@@ -75,6 +78,8 @@ class Relay:
         )
 
         def tell(msg: Any, sender: str) -> None:  # noqa: ANN401  (of the type)
+            if sender in self._ours:
+                return
             if topic == TRAFFIC:
                 _check_speaker(msg, sender)
                 msg.header.stamp = rospy.Time.now()
@@ -127,10 +132,12 @@ class Relay:
     def take_out(self, topic: str, kind: type[genpy.Message]) -> None:
         """Say to others what this machine says on a topic, in messages of a type.
 
+        Of what robots announce, that of its own robot: others here have a relay of their own.
+
         A process gets each topic in one type, so the bytes alone, as AnyMsg, would keep the rest
         of this process from hearing the topic.
         """
-        hear = partial(self._take_out, self.advertise(topic))
+        hear = partial(self._take_out, topic, self.advertise(topic))
         rospy.Subscriber(
             self._namespace + topic, kind, hear, queue_size=_QUEUE_SIZE, tcp_nodelay=True
         )
@@ -154,7 +161,9 @@ class Relay:
         self._kept.append(publisher)
         return publisher
 
-    def _take_out(self, publisher: zenoh.Publisher, msg: Any) -> None:  # noqa: ANN401  (of a type)
+    def _take_out(self, topic: str, publisher: zenoh.Publisher, msg: Any) -> None:  # noqa: ANN401  (of a type)
+        if topic == TRAFFIC and msg.name != self._own.name:
+            return
         header = msg._connection_header  # noqa: SLF001  (rospy has no other way)
         payload = serialized(msg)
         # This process may have a publisher of its own on the topic, which rospy does not tell

@@ -35,7 +35,7 @@ from hive_common.ros import params
 from hive_common.ros.names import own_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotCharacteristics
@@ -46,9 +46,6 @@ if TYPE_CHECKING:
     from hive_common.ros.names import RobotNames
 
 _Settings = TypeVar("_Settings")
-
-_NODE = "robot"
-"""The node's name in the robot's namespace."""
 
 _PART = "robot_node"
 """What the part of a robot is called that bids, among those that use a map."""
@@ -77,21 +74,23 @@ def main() -> None:
 
 def _run() -> None:
     names = own_names()
-    stands_by = read_stands_by(names)
-    talker = make_talker(names.hive, topics_of(stands_by=stands_by), [names.robot])
+    talker = make_talker(names.hive, topics_of([names]))
     lengths = lambda settings: RosPathLengths(talker, names.hive, settings)  # noqa: E731  (one argument)
     start_robot(talker, names, lengths, GuardProcess())
     talker.spin()
 
 
-def read_stands_by(names: RobotNames) -> bool:
+def _stands_by(names: RobotNames) -> bool:
     """Return whether a robot stands by to carry the blackboard."""
-    return params.flag("stands_by", default=True, node=names.of(_NODE))
+    return params.flag("stands_by", default=True, node=names.node)
 
 
-def topics_of(*, stands_by: bool) -> tuple[str, ...]:
-    """Return what robots publish on the hive's topics."""
-    return (*ROBOT_TOPICS, *(VOTER_TOPICS if stands_by else LEARNER_TOPICS))
+def topics_of(robots: Iterable[RobotNames]) -> dict[str, tuple[str, ...]]:
+    """Return the topics of the hive on which each robot of a process speaks."""
+    return {
+        names.robot: (*ROBOT_TOPICS, *(VOTER_TOPICS if _stands_by(names) else LEARNER_TOPICS))
+        for names in robots
+    }
 
 
 def start_robot(
@@ -113,7 +112,7 @@ def start_robot(
         JournalError: The robot's journal cannot be used.
         rospy.ROSInterruptException: The node was shut down first.
     """
-    name = names.of(_NODE)
+    name = names.node
     body = characteristics_from(rospy.get_param(names.of("characteristics"), {}))
     charge = params.number("charge", least=0.0, most=1.0, default=1.0, node=name)
     battery = Battery(body.battery, charge)
@@ -146,7 +145,7 @@ def read_robot_settings(names: RobotNames) -> tuple[RobotSettings, ControllerSet
     Raises:
         ParameterError: One is unknown or has a value that is not allowed.
     """
-    name = names.of(_NODE)
+    name = names.node
     kinds = (RobotSettings, ControllerSettings, PathSettings)
     params.refuse_unknown(kinds, ["charge", "journal", "stands_by", PARAMETER], node=name)
     return _shared(RobotSettings, names), params.read(ControllerSettings, name)
@@ -158,7 +157,7 @@ def _shared(kind: type[_Settings], names: RobotNames) -> _Settings:
     Costs of two models cannot be compared: a robot that joins and bids by another model than the
     rest would get every task, or none.
     """
-    return params.read(kind, names.of(_NODE), shared=f"{names.hive}fleet")
+    return params.read(kind, names.node, shared=f"{names.hive}fleet")
 
 
 def join_hive(
@@ -181,13 +180,11 @@ def join_hive(
         lengths_by: Makes path lengths on the hive's map, as the settings say.
         wait_for_pose: Returns where the robot is, frame map, as soon as that is known.
     """
-    name = names.of(_NODE)
+    name = names.node
     settings, _ = read_robot_settings(names)
     path_lengths = lengths_by(_shared(PathSettings, names))
     journal = membership.open_journal(name)
-    node = membership.join(
-        talker, names.hive, path_lengths, journal, stands_by=read_stands_by(names)
-    )
+    node = membership.join(talker, names.hive, path_lengths, journal, stands_by=_stands_by(names))
     robot = Robot(
         talker,
         names.robot,

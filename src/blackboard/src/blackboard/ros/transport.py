@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import atexit
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import rospy
@@ -14,15 +15,17 @@ from blackboard.errors import NoRouterError, SettingsError
 from blackboard.process.talker import ProcessTalker
 from blackboard.ros.talker import RosRuntime, RosTalker
 from blackboard.ros.traffic_kinds import ROUTES, TRAFFIC, TRAFFIC_KINDS, TRAFFIC_STATE
+from blackboard.zenoh.links import ZenohLinks
 from blackboard.zenoh.settings import ZenohSettings
 from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     import zenoh
 
+    from blackboard.process.link import Link
     from blackboard.ros.relay import Relay
     from blackboard.zenoh.link import ZenohLink
     from blackboard.zenoh.session import Own
@@ -38,58 +41,107 @@ _PATIENCE = 5.0
 
 
 def make_talker(
-    hive: str, advertises: Iterable[str], robots: Collection[str] = ()
+    hive: str,
+    robots: Mapping[str, Iterable[str]],
+    advertises: Iterable[str] = (),
 ) -> ProcessTalker:
     """Return the talker of this process. Call it after `rospy.init_node`.
 
     Args:
         hive: Namespace of the hive, ending in a slash.
-        advertises: The topics that may be published on.
-        robots: The robots of this process.
+        robots: The topics on which each robot of this process may speak.
+        advertises: The topics on which a process without robots may speak.
 
     Raises:
-        ParameterError: A value of the parameter `zenoh` is not allowed.
-        SettingsError: Zenoh cannot start; or the process has several robots, which over Zenoh
-            speak each for itself.
+        ParameterError: A value of a parameter `zenoh` is not allowed.
+        SettingsError: Zenoh cannot start, or only some of the robots speak over it.
 
-    ROS Parameters: `zenoh`, see `blackboard.zenoh.settings`; where it is not set, ROS is used.
+    ROS Parameters: `zenoh`, see `blackboard.zenoh.settings`, for each robot that of the node of
+        its part of the hive; where it is not set, ROS is used.
     """
-    settings = zenoh_settings()
-    if settings is None:
-        return RosTalker(hive, advertises, robots)
-    if len(robots) > 1:
-        named = ", ".join(robots)
+    said = {robot: tuple(topics) for robot, topics in robots.items()}
+    settings = {robot: zenoh_settings(RobotNames(hive, robot).node) for robot in said}
+    if not said:
+        node = str(rospy.get_name())
+        said, settings = {"": tuple(advertises)}, {"": zenoh_settings(node)}
+    over_zenoh = {name: found for name, found in settings.items() if found is not None}
+    if not over_zenoh:
+        return RosTalker(hive, dict.fromkeys(chain(*said.values())), tuple(robots))
+    if missing := ", ".join(sorted(settings.keys() - over_zenoh.keys())):
         raise SettingsError(
-            f"this process has several robots ({named}), and the parameter {PARAMETER} is set; "
-            "over Zenoh each robot needs a process of its own: `processes: each` in the fleet file"
+            f"the parameter {PARAMETER} is not set for {missing}, but for other robots of this "
+            "process; allowed: for all of them, or for none"
         )
-    topics = tuple(advertises)
-    name = next(iter(robots), rospy.get_name().removeprefix(hive))
-    joined = join_network(settings, hive, name, topics)
-    # Who may lead may speak for the traffic planner, which runs beside the leader.
-    leads = set(VOTER_TOPICS) <= set(topics)
-    said = [*((TRAFFIC,) if robots else ()), *((ROUTES, TRAFFIC_STATE) if leads else ())]
-    talker = joined.talker(hive)
-    if not settings.own_master:
-        return talker
-    relay = joined.relay(hive, talker)
-    for robot in robots:
-        joined.tell_drive(RobotNames(hive, robot), talker, relay)
-    for topic, kind in TRAFFIC_KINDS.items():
-        relay.bring_in(topic, kind)
-        if topic in said:
-            relay.take_out(topic, kind)
+    return _talker_over_zenoh(hive, said, over_zenoh)
+
+
+def _talker_over_zenoh(
+    hive: str,
+    said: Mapping[str, tuple[str, ...]],
+    settings: Mapping[str, ZenohSettings],
+) -> ProcessTalker:
+    """Return a talker that has a session for each robot, or one for the process if it has none."""
+    own_node = str(rospy.get_name()).removeprefix(hive)
+    among = tuple(said) if len(said) > 1 else ()
+    joined = {
+        robot: join_network(settings[robot], hive, robot or own_node, topics, among)
+        for robot, topics in said.items()
+    }
+    talker = talker_on(hive, _link_of({robot: each.link for robot, each in joined.items()}))
+    if next(iter(settings.values())).own_master:
+        _relay(hive, talker, said, joined)
     return talker
 
 
-def zenoh_settings() -> ZenohSettings | None:
-    """Return what the parameter `zenoh` says; None where it is not set.
+def _link_of(links: Mapping[str, ZenohLink]) -> Link:
+    return ZenohLinks(links) if len(links) > 1 else next(iter(links.values()))
+
+
+def talker_on(hive: str, link: Link) -> ProcessTalker:
+    """Return a talker of which a link carries the messages; `hive` is the hive's namespace."""
+    talker = ProcessTalker(hive, link, RosRuntime())
+    # Wakes `spin`, so that it sees the shutdown.
+    rospy.on_shutdown(lambda: talker.call(lambda: None))
+    return talker
+
+
+def _relay(
+    hive: str,
+    talker: ProcessTalker,
+    said: Mapping[str, tuple[str, ...]],
+    joined: Mapping[str, Joined],
+) -> None:
+    """Carry what robots and the traffic planner announce, and where robots are and drive.
+
+    One robot brings in what others say, and one that may lead speaks for the traffic planner,
+    which runs beside the leader; each speaks for itself.
+    """
+    relays = {robot: each.relay(hive, talker, tuple(said)) for robot, each in joined.items()}
+    for topic, kind in TRAFFIC_KINDS.items():
+        next(iter(relays.values())).bring_in(topic, kind)
+    for robot, relay in relays.items():
+        if robot:
+            joined[robot].tell_drive(RobotNames(hive, robot), talker, relay)
+            relay.take_out(TRAFFIC, TRAFFIC_KINDS[TRAFFIC])
+    if leading := [robot for robot, topics in said.items() if set(VOTER_TOPICS) <= set(topics)]:
+        for topic in (ROUTES, TRAFFIC_STATE):
+            relays[leading[0]].take_out(topic, TRAFFIC_KINDS[topic])
+
+
+def zenoh_settings(node: str) -> ZenohSettings | None:
+    """Return what the parameter `zenoh` of a node says; None where it is not set.
 
     Raises:
         ParameterError: A value is not allowed.
     """
-    found = rospy.search_param(PARAMETER)
-    return None if found is None else structured(found, ZenohSettings, {})
+    namespace = node
+    while True:
+        name = f"{namespace}/{PARAMETER}"
+        if rospy.has_param(name):
+            return structured(name, ZenohSettings, {})
+        if not namespace:
+            return None
+        namespace = namespace.rpartition("/")[0]
 
 
 class Joined(NamedTuple):
@@ -99,18 +151,17 @@ class Joined(NamedTuple):
     own: Own  # the hive, and as whom it speaks
     link: ZenohLink
 
-    def talker(self, hive: str) -> ProcessTalker:
-        """Return the talker of this process; `hive` is the hive's namespace."""
-        talker = ProcessTalker(hive, self.link, RosRuntime())
-        # Wakes `spin`, so that it sees the shutdown.
-        rospy.on_shutdown(lambda: talker.call(lambda: None))
-        return talker
+    def relay(self, hive: str, talker: ProcessTalker, ours: Sequence[str] = ()) -> Relay:
+        """Return what carries topics that are not the core's.
 
-    def relay(self, hive: str, talker: ProcessTalker) -> Relay:
-        """Return what carries topics that are not the core's; see `talker`."""
+        Args:
+            hive: Namespace of the hive, ending in a slash.
+            talker: Of this process.
+            ours: All as whom this process speaks.
+        """
         from blackboard.ros.relay import Relay  # noqa: PLC0415  (see `join_network`)
 
-        return Relay(self.session, self.own, hive, partial(_refuse, talker))
+        return Relay(self.session, self.own, hive, partial(_refuse, talker), ours)
 
     def tell_drive(self, robot: RobotNames, talker: ProcessTalker, relay: Relay) -> None:
         """Tell others where a robot of this process is, and where it drives."""
@@ -125,7 +176,11 @@ def _refuse(talker: ProcessTalker, topic: str, why: str) -> None:
 
 
 def join_network(
-    settings: ZenohSettings, hive: str, name: str, advertises: Iterable[str]
+    settings: ZenohSettings,
+    hive: str,
+    name: str,
+    advertises: Iterable[str],
+    among: Sequence[str] = (),
 ) -> Joined:
     """Open a session, which ends with this process.
 
@@ -134,6 +189,7 @@ def join_network(
         hive: Namespace of the hive, ending in a slash.
         name: Who this process has to be; empty if anyone.
         advertises: The topics that may be published on.
+        among: All robots of this process, if it has several.
 
     Raises:
         SettingsError: An endpoint or the certificate is not allowed, or Zenoh cannot start.
@@ -152,6 +208,7 @@ def join_network(
         advertises,
         namespace=hive,
         is_member=bool(name),
+        among=among,
         address=settings.address,
         date=rospy.get_time,
     )

@@ -21,7 +21,7 @@ from blackboard.zenoh.presence import NO_ADDRESS, Presence, Token
 from hive_common.machine_clock import machine_time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from blackboard.codec.tables import Wire
     from blackboard.process.link import Inbox
@@ -43,12 +43,13 @@ class ZenohLink:
         advertises: The topics that may be published on.
         namespace: Of the hive, ending in a slash; names of members begin with it.
         is_member: Whether it is left out of what concerns other members only.
+        among: All robots of this process, if it has several; see `links`.
         address: Where others reach this session, as HOST:PORT; empty if nowhere.
         date: Returns the time that messages state [s].
         wires: The messages of each topic.
 
     Attributes:
-        name: That of this process.
+        names: That of this process.
     """
 
     def __init__(
@@ -60,15 +61,19 @@ class ZenohLink:
         *,
         namespace: str = "/",
         is_member: bool = True,
+        among: Sequence[str] = (),
         address: str = "",
         date: Callable[[], float] = time.time,
         wires: Mapping[str, Wire] = WIRES,
     ) -> None:
-        self.name = name
+        self.names: tuple[str, ...] = (name,)
+        self._name = name
         self._session = session
         self._hive = hive
         self._namespace = namespace
         self._is_member = is_member
+        self._among = among
+        self._hears_all = not among or name == among[0]
         self._date = date
         self._wires = wires
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
@@ -80,23 +85,24 @@ class ZenohLink:
     def attach(self, inbox: Inbox) -> None:
         """Deliver from now on to this talker."""
         self._inbox = inbox
-        self._presence = Presence(self._hosts, inbox.after)
-        self._follow(ALIVE, "*/*/*", self._presence.appear, self._presence.vanish)
+        if self._hears_all:
+            self._presence = Presence(self._hosts, inbox.after)
+            self._follow(ALIVE, "*/*/*", self._presence.appear, self._presence.vanish)
         for topic in REPEATED & self._publishers.keys():
             self._follow(f"{LISTENS}/{topic}", "*/*/*", partial(self._repeat, topic))
         self._declare(self._token.key(self._key(ALIVE)))
 
-    def publish(self, topic: str, value: object, to: Collection[str] | None) -> None:
+    def publish(self, _robot: str, topic: str, value: object, to: Collection[str] | None) -> None:
         """Send a value to all who listen, or to programs and those members that it concerns."""
         publisher = self._publishers[topic]
         payload = serialized(self._wires[topic].to_msg(value, self._date()))
-        if is_repeated(topic, value, self.name):
+        if is_repeated(topic, value, self._name):
             self._last[topic] = payload
         if to is None:
             publisher.put(payload)
             return
-        processes = {self._process_of(name) for name in to} - {self.name}
-        for key in keys_to(self._hive, topic, self.name, processes):
+        processes = {self._process_of(name) for name in to} - {self._name, *self._among}
+        for key in keys_to(self._hive, topic, self._name, processes):
             self._session.put(
                 key,
                 payload,
@@ -131,23 +137,27 @@ class ZenohLink:
 
     def _repeat(self, topic: str, token: Token) -> None:
         """Say what was said last, for someone who has begun to listen."""
-        if token.sender != self.name and topic in self._last:
+        if token.sender != self._name and topic in self._last:
             self._publishers[topic].put(self._last[topic])
 
     def listen(self, topic: str, name: str) -> None:
         """Deliver what others say on a topic, by its name below the hive."""
         hear = Callback(partial(self._hear, topic, name), indirect=False)
-        for key in keys_for(self._hive, name, self.name if self._is_member else ""):
-            self._session.declare_subscriber(key, hear)
+        to_all, to_me = keys_for(self._hive, name, self._name if self._is_member else "")
+        self._session.declare_subscriber(to_me, hear)
+        if not self._hears_all:
+            return
+        self._session.declare_subscriber(to_all, hear)
         if topic in REPEATED:
             self._declare(self._token.key(self._key(f"{LISTENS}/{topic}")))
 
     def _hear(self, topic: str, name: str, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
             said = str(sample.key_expr).removeprefix(key_of(self._hive, name, ""))
-            sender = said.partition("/")[0]
+            sender, _, to = said.partition("/")
             read = partial(deserialized, self._wires[topic].message, sample.payload)
-            self._inbox.receive(Arrival(topic, name, sender, read))
+            robot = to if self._among else ""
+            self._inbox.receive(Arrival(topic, name, sender, read, robot))
 
     def why_refused(self, value: object, sender: str) -> str:
         """Return why a process may not say this; empty if it may."""
@@ -160,7 +170,7 @@ class ZenohLink:
     def _advertise(self, topic: str) -> zenoh.Publisher:
         urgent = topic in URGENT
         return self._session.declare_publisher(
-            key_of(self._hive, topic, self.name),
+            key_of(self._hive, topic, self._name),
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA,
             # What this process listens to itself is no reason to encode a message.

@@ -309,17 +309,6 @@ def read_connections(name: str) -> Fleet:
     return fleet
 
 
-def mistakes_over_zenoh(fleet: Fleet) -> Iterator[FileError]:
-    """Yield what makes a process speak for several robots, which it cannot over Zenoh."""
-    if fleet.processes == "shared":
-        problem = "'shared'; allowed with transport: zenoh: each, because each robot speaks itself"
-        yield error_at(fleet.path, ("processes",), problem)
-    for index, robot in enumerate(fleet.robots):
-        if robot.is_agv:
-            problem = "'vda5050'; allowed with transport: zenoh: move_base"
-            yield error_at(fleet.path, ("robots", index, "driver"), problem)
-
-
 def base_of(robot: FleetRobot) -> Footprint:
     """Return the base of a robot; a small one for an AGV whose factsheet tells of it later.
 

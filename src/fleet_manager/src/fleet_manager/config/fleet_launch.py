@@ -74,7 +74,7 @@ def launch_text(
         lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     else:
         lines += blackboard_parameters(blackboard | {"bid_timeout": fleet.bid_timeout})
-    if sim and fleet.processes != "each" and fleet.transport == "ros":
+    if sim and not machine and _shares(fleet):
         lines += _shared(fleet)
     else:
         for number, robot in enumerate(fleet.robots):
@@ -83,9 +83,16 @@ def launch_text(
     if fleet.transport == "zenoh":
         lines += zenoh_lines(fleet, machine)
         lines += _shown_elsewhere(fleet, machine)
-    lines += agv_lines(fleet, port)
+    lines += agv_lines(fleet, port, machine)
     lines.append("</launch>\n")
     return "\n".join(lines)
+
+
+def _shares(fleet: Fleet) -> bool:
+    """Return whether simulated robots share processes."""
+    if fleet.processes is None:
+        return fleet.transport == "ros"
+    return fleet.processes == "shared"
 
 
 def _map_server(chart: str) -> list[str]:
@@ -238,9 +245,16 @@ def _include(file: str, values: Mapping[str, str]) -> list[str]:
     return [*lines, "  </include>"]
 
 
-def agv_lines(fleet: Fleet, port: Callable[[], int]) -> list[str]:
-    """Return the lines of the AGVs that speak VDA 5050: their agent, and those simulated."""
-    agvs = [(number, each) for number, each in enumerate(fleet.robots) if each.is_agv]
+def agv_lines(fleet: Fleet, port: Callable[[], int], machine: Collection[str] = ()) -> list[str]:
+    """Return the lines of the AGVs that speak VDA 5050: their agent, and those simulated.
+
+    See `launch_text` for the arguments.
+    """
+    agvs = [
+        (number, each)
+        for number, each in enumerate(fleet.robots)
+        if each.is_agv and (not machine or each.name in machine)
+    ]
     if not agvs:
         return []
     lines = []

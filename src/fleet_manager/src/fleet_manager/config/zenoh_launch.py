@@ -38,8 +38,12 @@ def unknown_on(fleet: Fleet, machine: Collection[str]) -> str:
     known = [BLACKBOARD, *robots, *fleet.zenoh.operators, *routers]
     if unknown := [name for name in machine if name not in known]:
         return f"{', '.join(unknown)}; allowed: {', '.join(known)}"
-    if len(here := [name for name in machine if name in robots]) > 1:
-        return f"{', '.join(here)}; allowed: one robot, because each has a ROS master of its own"
+    on_ros = [robot.name for robot in fleet.robots if not robot.is_agv]
+    if len(here := [name for name in machine if name in on_ros]) > 1:
+        return (
+            f"{', '.join(here)}; allowed: one robot, because each has a ROS master of its own; "
+            "besides it any number of AGVs with driver: vda5050"
+        )
     if not (fleet.zenoh.members or routers):
         return (
             "the fleet file does not say where members are reached; write `zenoh: members:` or "

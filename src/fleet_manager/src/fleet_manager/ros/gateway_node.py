@@ -20,7 +20,7 @@ from blackboard.errors import SettingsError
 from blackboard.ros.recap import Recap
 from blackboard.ros.startup import run_node
 from blackboard.ros.traffic_kinds import TRAFFIC_KINDS, TRAFFIC_STATE, ZONE_COMMAND
-from blackboard.ros.transport import PARAMETER, join_network, zenoh_settings
+from blackboard.ros.transport import PARAMETER, join_network, talker_on, zenoh_settings
 from fleet_manager.ros.hive_topics import QUEUE_SIZE
 from fleet_manager.ros.remote_drives import RemoteDrives
 
@@ -143,7 +143,7 @@ def main() -> None:
 
 
 def _run() -> None:
-    settings = zenoh_settings()
+    settings = zenoh_settings(rospy.get_name())
     if settings is None:
         raise SettingsError(
             f"the parameter {PARAMETER} is missing; give it at least one endpoint of the hive, "
@@ -151,7 +151,7 @@ def _run() -> None:
         )
     hive = rospy.get_namespace()
     joined = join_network(settings, hive, "", ASKED)
-    talker = joined.talker(hive)
+    talker = talker_on(hive, joined.link)
     drives = None
     if settings.own_master:
         relay = joined.relay(hive, talker)

@@ -16,7 +16,6 @@ from fleet_manager.config.fleet_check import building_mistakes
 from fleet_manager.config.fleet_file import (
     PROCESSES,
     TRANSPORTS,
-    mistakes_over_zenoh,
     read_fleet_and_mistakes,
 )
 from fleet_manager.config.fleet_launch import launch_text, stock_robots
@@ -94,7 +93,7 @@ def launch_fleet(
             traffic=traffic or wanted.traffic,
             transport=transport or wanted.transport,
         )
-        mistakes = [*mistakes, *_transport_mistakes(wanted, here)]
+        mistakes = [*mistakes, *_machine_mistakes(wanted, here)]
         mistakes += [] if sim else _stock_mistakes(wanted, here)
     if wanted is None or mistakes:
         for mistake in mistakes:
@@ -121,10 +120,8 @@ def launch_fleet(
         become_roslaunch(text)
 
 
-def _transport_mistakes(fleet: Fleet, machine: Sequence[str]) -> Iterator[HiveError]:
-    """Yield what keeps a fleet from its transport, or from having these on this machine."""
-    if fleet.transport == "zenoh":
-        yield from mistakes_over_zenoh(fleet)
+def _machine_mistakes(fleet: Fleet, machine: Sequence[str]) -> Iterator[HiveError]:
+    """Yield what keeps a fleet from having these on this machine."""
     if why := unknown_on(fleet, machine):
         yield InputError(f"machine: {why}")
 

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 _MAP_FRAME = "map"
 
-_NODE = "robot"
-"""The node of a robot's part of the hive, in the robot's namespace."""
-
 
 class RemoteDrives:
     """Publishes poses, paths and frames of robots that other machines tell of.
@@ -51,7 +48,7 @@ class RemoteDrives:
         """Show a robot from now on, if it is another machine's."""
         names = RobotNames(self._hive, robot)
         try:
-            if not _runs_here(names.of(_NODE)):
+            if not _runs_here(names.node):
                 self._show(names)
         except OSError as error:
             rospy.logwarn(
@@ -89,7 +86,12 @@ class RemoteDrives:
 
 
 def _runs_here(node: str) -> bool:
-    """Return whether a node belongs to this machine's ROS master."""
+    """Return whether a robot's part of the hive runs on this machine.
+
+    In a process with several robots it is no node of its own, but it has that node's parameters.
+    """
+    if rospy.has_param(node):
+        return True
     try:
         rosgraph.Master(rospy.get_name()).lookupNode(node)
     except rosgraph.MasterError:

@@ -19,7 +19,7 @@ import tf2_ros
 
 from blackboard.ros.guard_process import GuardProcess
 from blackboard.ros.path_lengths import RosPathLengths
-from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
+from blackboard.ros.robot_node import start_robot, topics_of
 from blackboard.ros.startup import run_node
 from blackboard.ros.transport import make_talker
 from fleet_manager.config.fleet_file import LOCALIZATIONS, NAVIGATIONS
@@ -99,11 +99,7 @@ def _run() -> None:
 
 def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:
     """Start the members of the robots, and run them until the node is shut down."""
-    talker = make_talker(
-        hive,
-        topics_of(stands_by=any(map(read_stands_by, robots))),
-        [names.robot for names in robots],
-    )
+    talker = make_talker(hive, topics_of(robots))
 
     @functools.cache
     def lengths(settings: PathSettings) -> RosPathLengths:

@@ -158,7 +158,7 @@ class ZenohTopics:
 
     def _publish(self, topic: str, value: object) -> None:
         self._wait_for(topic)
-        self._link.publish(topic, value, None)
+        self._link.publish("", topic, value, None)
 
     def _wait_for(self, name: str) -> None:
         end = time.monotonic() + _HEARD_WITHIN

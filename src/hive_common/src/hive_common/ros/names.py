@@ -30,6 +30,11 @@ class RobotNames(NamedTuple):
         """Return the full name of a topic, service, node or parameter of the robot."""
         return f"{self.hive}{self.robot}/{name}"
 
+    @property
+    def node(self) -> str:
+        """The node of the robot's part of the hive, which has its parameters wherever it runs."""
+        return self.of("robot")
+
 
 def own_names() -> RobotNames:
     """Return the names of the robot in whose namespace this node runs.

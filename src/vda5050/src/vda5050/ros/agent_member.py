@@ -19,7 +19,7 @@ from blackboard.domain.task import StepKind
 from blackboard.robot.contact import Contact
 from blackboard.robot.executor import Controller
 from blackboard.ros.robot_node import join_hive, read_robot_settings
-from hive_common.ros.conversions import pose_from_msg, transform_to_msg
+from hive_common.ros.conversions import pose_from_msg, pose_to_msg, transform_to_msg
 from hive_common.structuring import structure
 from hive_navigation.control.goal_tracker import NavigationSettings
 from hive_navigation.control.navigator import Navigator
@@ -66,7 +66,8 @@ class AgentMember:
     robot's part of the hive belongs to the talker's.
 
     ROS Publishers: `battery_state` (sensor_msgs/BatteryState) of the robot, and that of
-        `MapTeller`; tf from map to its base_footprint, unless the simulator does so.
+        `MapTeller`; unless the simulator does so, `amcl_pose`
+        (geometry_msgs/PoseWithCovarianceStamped) and tf from map to its base_footprint.
     ROS Subscribers: `pause` (std_msgs/Bool) and `initialpose`
         (geometry_msgs/PoseWithCovarianceStamped) of the robot.
     """
@@ -123,6 +124,10 @@ class AgentMember:
         self._battery_state = rospy.Publisher(
             names.of("battery_state"), BatteryState, queue_size=1
         )
+        if not entry.simulated:
+            self._poses = rospy.Publisher(
+                names.of("amcl_pose"), PoseWithCovarianceStamped, queue_size=1, latch=True
+            )
         rospy.Subscriber(names.of("pause"), Bool, self._pause, queue_size=1)
         rospy.Subscriber(names.of("initialpose"), PoseWithCovarianceStamped, self._place)
 
@@ -189,9 +194,7 @@ class AgentMember:
         if pose is None:
             return
         if not self.entry.simulated:
-            frame = f"{self.names.robot}/base_footprint"
-            stamp = rospy.Time.from_sec(now)
-            self._broadcaster.sendTransform(transform_to_msg(pose, _MAP_FRAME, frame, stamp))
+            self._show(pose, rospy.Time.from_sec(now))
         driven = 0.0 if self._last is None else pose.distance_to(self._last)
         self._last = pose
         if robot is None or talker is None or battery is None:
@@ -212,6 +215,15 @@ class AgentMember:
 
         talker.call(tell)
         self._publish_battery(battery)
+
+    def _show(self, pose: Pose, stamp: rospy.Time) -> None:
+        """Publish where the AGV is, as the localization of other robots does."""
+        frame = f"{self.names.robot}/base_footprint"
+        self._broadcaster.sendTransform(transform_to_msg(pose, _MAP_FRAME, frame, stamp))
+        message = PoseWithCovarianceStamped()
+        stamped = pose_to_msg(pose, _MAP_FRAME, stamp)
+        message.header, message.pose.pose = stamped.header, stamped.pose
+        self._poses.publish(message)
 
     def _note_contact(self, contact: Contact, now: float) -> None:
         self._missing = self.agv.presence.word(now)
@@ -257,7 +269,7 @@ class AgentMember:
         body = characteristics_from(self._content)
         battery = MeasuredBattery(body.battery, self.agv.charge or 1.0)
         _, patience = read_robot_settings(names)
-        talker = process.member(names.of("robot"), names.robot, names.of(""))
+        talker = process.member(names.node, names.robot, names.of(""))
         command: Command = AgvCommand(self.agv, self.round, talker, self._surroundings)
         controller = Controller(
             dict.fromkeys(StepKind, command), talker.world, patience, lambda: self._missing

@@ -14,7 +14,7 @@ import rospy
 import tf2_ros
 
 from blackboard.ros.path_lengths import RosPathLengths
-from blackboard.ros.robot_node import read_stands_by, topics_of
+from blackboard.ros.robot_node import topics_of
 from blackboard.ros.startup import run_node
 from blackboard.ros.transport import make_talker
 from hive_common.errors import HiveError
@@ -150,8 +150,7 @@ def _join_hive(
     hive: str, robots: Sequence[RobotNames], members: Mapping[tuple[str, str], AgentMember]
 ) -> None:
     """Let each AGV join once it has told where it is, and run until the node is shut down."""
-    stands_by = any(map(read_stands_by, robots))
-    talker = make_talker(hive, topics_of(stands_by=stands_by), [each.robot for each in robots])
+    talker = make_talker(hive, topics_of(robots))
 
     @functools.cache
     def lengths(settings: PathSettings) -> RosPathLengths:
