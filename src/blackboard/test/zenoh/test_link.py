@@ -222,7 +222,7 @@ def test_a_message_for_some_members_is_heard_by_them_and_by_programs_once(hearer
         expected = [REPLY, last] if name in who else [last]
         found = [each.inbox.next() for _ in expected]
         assert [value for _, value in found] == expected
-        assert {arrival.sender for arrival, _ in found} == {"robot3"}
+        assert {(arrival.sender, arrival.to) for arrival, _ in found} == {("robot3", "")}
 
 
 @pytest.fixture
