@@ -102,12 +102,12 @@ class Line:
         """Send a message for each number."""
         for number in numbers:
             if topic == URGENT:
-                self._link.publish(topic, AppendReply("robot1", 1, number, 0.0), None)
+                self._link.publish("robot1", topic, AppendReply("robot1", 1, number, 0.0), None)
             else:
                 update = TaskUpdate(
                     "T1", TaskState.STARTED, "robot1", assignment=number, reason=FILLER
                 )
-                self._link.publish(topic, update, None)
+                self._link.publish("robot1", topic, update, None)
 
     def wait_for(self, topic, number):
         """Return once a message was heard."""
