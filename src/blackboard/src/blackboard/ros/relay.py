@@ -46,7 +46,7 @@ class Relay:
         own: The hive, and as whom it speaks.
         namespace: Of the hive on this machine, ending in a slash.
         refuse: Notes a topic, and why a message on it was refused.
-        ours: Others as whom this process speaks; what they say is not brought in.
+        ours: All as whom this process speaks; what they say is not brought in.
 
     ROS Publishers and Subscribers: the topics, as they are asked for.
     """
