@@ -17,7 +17,6 @@ from move_base_msgs.msg import (
     MoveBaseGoal,
     MoveBaseResult,
 )
-from nav_msgs.msg import Path as PathMsg
 from nav_msgs.srv import GetPlan, GetPlanResponse
 from std_msgs.msg import Float32
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
@@ -36,6 +35,7 @@ from hive_navigation.control.navigator import Navigator
 from hive_navigation.control.pursuit_follower import PursuitFollower
 from hive_navigation.planning.planner import PlanError
 from hive_navigation.ros.map_topic import MapTeller
+from hive_navigation.ros.path_teller import PathTeller
 from hive_navigation.ros.senses import Senses
 from hive_navigation.ros.startup import read_model, read_settings, run_node
 from hive_navigation.ros.surroundings import Surroundings
@@ -43,11 +43,11 @@ from hive_navigation.ros.surroundings import Surroundings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from nav_msgs.msg import Path as PathMsg
     from nav_msgs.srv import GetPlanRequest
 
     from hive_common.pose import Pose, Velocity
     from hive_navigation.control.goal_tracker import GoalOutcome
-    from hive_navigation.planning.path import Path
     from hive_navigation.traffic.right_of_way import Announcement
 
 _MAP_FRAME = "map"
@@ -66,8 +66,8 @@ class MoveBase:
     ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped); `speed_limit`
         (std_msgs/Float32), the highest speed from now on [m/s], none if it is not above 0; and
         those of `Senses` and `Surroundings`.
-    ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty at
-        the end), and those of `Surroundings` and `MapTeller`.
+    ROS Publishers: `cmd_vel` (geometry_msgs/Twist), and those of `Surroundings`, `MapTeller` and
+        `PathTeller`.
     ROS Actions: `move_base` (move_base_msgs/MoveBaseAction); the result's text says why a goal was
         not reached.
     ROS Services: `move_base/make_plan` (nav_msgs/GetPlan): a path, also while the robot drives;
@@ -100,13 +100,12 @@ class MoveBase:
         )
         self._navigator = self._make_navigator()
         self._last_velocity = STOP
-        self._shown_path: Path | None = None
         self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
         self._announced_idle = True
         # A simulator waits for commands that come once a period of simulated time.
         period = {"control_period": f"{1.0 / settings.control_rate:.6f}"}
         self._cmd_vel = rospy.Publisher(names.of("cmd_vel"), Twist, queue_size=1, headers=period)
-        self._plan = rospy.Publisher(names.of("move_base/plan"), PathMsg, queue_size=1, latch=True)
+        self._path_teller = PathTeller(names, _MAP_FRAME)
         self._goals = rospy.Publisher(names.of("move_base/goal"), MoveBaseActionGoal, queue_size=1)
         self._map_teller = MapTeller(names, "move_base")
         self._server = actionlib.SimpleActionServer(
@@ -172,7 +171,7 @@ class MoveBase:
         tick = self._navigator.tick(now.to_sec(), pose, scan, self._surroundings.heard)
         self._drive(tick.velocity)
         self._announce(now, tick.announcement)
-        self._show_path(now)
+        self._path_teller.tell(self._navigator.path, now)
         self._report(now, pose, tick.outcome)
 
     def _stand_blind(self, now: rospy.Time) -> None:
@@ -197,13 +196,6 @@ class MoveBase:
         if not (idle and self._announced_idle) or silent >= _IDLE_PERIOD:
             self._announced_at, self._announced_idle = now, idle
             self._surroundings.announce(announcement, _MAP_FRAME)
-
-    def _show_path(self, now: rospy.Time) -> None:
-        path = self._navigator.path
-        if path is not self._shown_path:
-            self._shown_path = path
-            points = () if path is None else path.points
-            self._plan.publish(path_to_msg(points, _MAP_FRAME, now))
 
     def _report(self, now: rospy.Time, pose: Pose, outcome: GoalOutcome | None) -> None:
         if not self._server.is_active():

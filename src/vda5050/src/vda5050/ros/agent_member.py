@@ -24,6 +24,7 @@ from hive_common.structuring import structure
 from hive_navigation.control.goal_tracker import NavigationSettings
 from hive_navigation.control.navigator import Navigator
 from hive_navigation.ros.map_topic import MapTeller
+from hive_navigation.ros.path_teller import PathTeller
 from robot_description.models import RobotModel
 from vda5050.agent.agv import Agv
 from vda5050.agent.body import with_own_scanners
@@ -65,8 +66,8 @@ class AgentMember:
     What comes from the broker and the control loop belong to the thread of `surroundings`; the
     robot's part of the hive belongs to the talker's.
 
-    ROS Publishers: `battery_state` (sensor_msgs/BatteryState) of the robot, and that of
-        `MapTeller`; unless the simulator does so, `amcl_pose`
+    ROS Publishers: `battery_state` (sensor_msgs/BatteryState) of the robot, and those of
+        `MapTeller` and `PathTeller`; unless the simulator does so, `amcl_pose`
         (geometry_msgs/PoseWithCovarianceStamped) and tf from map to its base_footprint.
     ROS Subscribers: `pause` (std_msgs/Bool) and `initialpose`
         (geometry_msgs/PoseWithCovarianceStamped) of the robot.
@@ -108,6 +109,7 @@ class AgentMember:
             entry.name, model, planner, self.agv.follower, planner.field, settings
         )
         self._map_teller = MapTeller(names, "vda5050_agent")
+        self._path_teller = PathTeller(names, _MAP_FRAME)
         self._plan_with(planner)
         surroundings.give_routes_to(
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
@@ -183,6 +185,7 @@ class AgentMember:
         if said is not None and (not idle or now - self._announced_at >= _IDLE_PERIOD):
             self._announced_at = now
             self._surroundings.announce(said, _MAP_FRAME)
+        self._path_teller.tell(self._navigator.path, rospy.Time.from_sec(now))
         if now - self._told_at >= _TELL_PERIOD or now < self._told_at:
             self._told_at = now
             self._tell(now)
