@@ -13,8 +13,8 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.directed import DIRECTED
+from hive_lab.fault_schedules.directed_over_zenoh import OVER_ZENOH
 from hive_lab.fault_schedules.draw import draw
-from hive_lab.fault_schedules.drawn_links import over_zenoh
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.features.exercised import FEATURES, UNDONE
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
@@ -112,9 +112,9 @@ def test_over_zenoh_random_schedules_break_no_property_and_use_what_its_links_do
     assert not {kind: used[kind] for kind in OF_LINKS if used[kind] < len(outcomes) / 50}
 
 
-@pytest.mark.parametrize("name", sorted(DIRECTED.keys() - {RECOVERED_BESIDE}))
+@pytest.mark.parametrize("name", sorted(OVER_ZENOH))
 def test_over_zenoh_what_was_written_by_hand_breaks_no_property_either(name):
-    outcome = run(over_zenoh(DIRECTED[name]))
+    outcome = run(OVER_ZENOH[name])
 
     assert not outcome.violation, outcome.in_full()
 

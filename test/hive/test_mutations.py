@@ -17,9 +17,9 @@ LINES = (Path(__file__).parents[2] / "docs/protocol.md").read_text(encoding="utf
 """The page, which lists all mutations."""
 
 
-def another_seed(mutation):
+def another_seed(mutation, *, zenoh=False):
     """Return the first seed that notices a mutation now."""
-    drawn = ((seed, draw(seed, mutation.scenario)) for seed in range(300))
+    drawn = ((seed, draw(seed, mutation.scenario, zenoh=zenoh)) for seed in range(300))
     return next((seed for seed, each in drawn if mutation.broken_in(each)), "none below 300")
 
 
@@ -44,6 +44,29 @@ def test_a_schedule_notices_the_mutation_and_the_page_says_so(mutation):
     assert violation, f"{mutation.where} no longer, but seed {another_seed(mutation)}"
     _, broken, _ = violation.split(": ", 2)
     assert (mutation.name, mutation.where, broken) in rows(LEFT_OUT)
+
+
+NOTICED = [each for each in MUTATIONS if each.schedule_over_zenoh is not None]
+NOT_NOTICED = "Over Zenoh, no schedule is known that notices these:"
+"""What the page says before the others."""
+
+
+@pytest.mark.parametrize("mutation", NOTICED, ids=lambda mutation: mutation.name)
+def test_over_zenoh_a_schedule_notices_the_mutation_too(mutation):
+    known = mutation.schedule_over_zenoh
+    assert not mutation.broken_without(known)
+
+    violation = mutation.broken_in(known)
+
+    assert violation, f"no longer, but seed {another_seed(mutation, zenoh=True)}"
+
+
+def test_the_page_lists_what_no_schedule_over_zenoh_notices():
+    listed = next(line for line in LINES if line.startswith(NOT_NOTICED))
+    names = listed.removeprefix(NOT_NOTICED).strip(" .").split("; ")
+
+    left = [each.name for each in MUTATIONS if each.schedule_over_zenoh is None]
+    assert sorted(names) == sorted(left)
 
 
 def test_the_page_lists_no_other_mutation():

@@ -26,6 +26,7 @@ from blackboard.msg import TaskState
 from launching import Launches, hive_started, wait_until_empty
 from live_network import OFFICE, network_of
 from live_site import ALONE, NO_MASTER
+from nav_msgs.msg import Path as PathMsg
 from shapely import affinity
 from shapely.geometry import Polygon
 
@@ -205,6 +206,7 @@ def operator(machines):  # noqa: ARG001  (its hive)
 
 
 def test_the_demo_is_done_without_a_collision_though_its_leader_is_killed(machines, operator):
+    drawn = follow_paths()
     with machines.witnessed() as told, machines.scenario_started() as scenario:
         operator.demand(lambda: operator.updates[TASKS[8]], "more than half of the tasks")
         routes = {epoch for heard in told("follows").values() for _, epoch in heard}
@@ -219,6 +221,7 @@ def test_the_demo_is_done_without_a_collision_though_its_leader_is_killed(machin
     assert scenario.returncode == 0, said
     assert routes - {0}, "no robot followed a route before the leader was killed"
     assert contacts == {robot: [0] for robot in ROBOTS}
+    assert {operator.updates[task][-1].robot_id for task in TASKS} <= drawn
     for robot, announced in heard.items():
         assert {name for name, _ in announced} == set(ROBOTS), f"announced at {robot}"
         later = {name for name, epoch in announced if epoch > max(routes)}
@@ -235,6 +238,19 @@ def test_nothing_but_the_hive_s_port_is_reached_from_the_network(network, machin
     for robot, host in HOSTS.items():
         expected[host].add(machines.addresses[robot])
     assert {host: network.open_on(host) for host in expected} == expected
+
+
+def follow_paths():
+    """Return the robots of which a path comes to the office, now and later."""
+    drawn = set()
+
+    def note(path, robot):
+        if path.poses:
+            drawn.add(robot)
+
+    for robot in ROBOTS:
+        rospy.Subscriber(f"/{robot}/move_base/plan", PathMsg, note, robot)
+    return drawn
 
 
 def overlaps(one, poses, other, others):

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING
 from blackboard.domain.talker import TASK_CANCEL
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.directed import DIRECTED
+from hive_lab.fault_schedules.directed_over_zenoh import OVER_ZENOH
 from hive_lab.fault_schedules.draw import draw
-from hive_lab.fault_schedules.drawn_links import ROS, TRANSPORTS, ZENOH, over_zenoh
+from hive_lab.fault_schedules.drawn_links import ROS, TRANSPORTS, ZENOH
 from hive_lab.fault_schedules.faulty_network import FaultyNetwork
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
@@ -194,8 +195,9 @@ def main() -> None:
     wanted = parser.parse_args()
     zenoh = wanted.transport == ZENOH
     schedules: Iterable[FaultSchedule]
-    if wanted.first in DIRECTED:
-        schedules = [over_zenoh(DIRECTED[wanted.first]) if zenoh else DIRECTED[wanted.first]]
+    by_hand = OVER_ZENOH if zenoh else DIRECTED
+    if wanted.first in by_hand:
+        schedules = [by_hand[wanted.first]]
     elif wanted.first.isdecimal():
         first = int(wanted.first)
         end = first + 1 if wanted.end is None else wanted.end

@@ -115,13 +115,18 @@ def stay_at_the_charger_for_which_another_waits(patch):
 
 MUTATIONS = (
     Mutation(drive_to_a_charger_that_was_not_given, (5, ONE_CHARGER)),
-    Mutation(take_an_old_grant_for_a_new_one, (51, ONE_CHARGER), bug="51 robots share a charger"),
-    Mutation(keep_a_request_without_a_lease, (51, ONE_CHARGER)),
-    Mutation(give_a_charger_to_a_second_robot, (5, ONE_CHARGER)),
+    Mutation(
+        take_an_old_grant_for_a_new_one,
+        (51, ONE_CHARGER),
+        bug="51 robots share a charger",
+        over_zenoh=201,
+    ),
+    Mutation(keep_a_request_without_a_lease, (51, ONE_CHARGER), over_zenoh=17),
+    Mutation(give_a_charger_to_a_second_robot, (5, ONE_CHARGER), over_zenoh=37),
     Mutation(give_a_charger_before_a_majority_knows, "given by a minority"),
-    Mutation(believe_a_late_status_about_a_charger, (778, ONE_CHARGER)),
-    Mutation(take_the_charger_at_which_a_lost_robot_stands, (140, ONE_CHARGER)),
-    Mutation(take_a_charger_before_the_lease_has_ended, (228, ONE_CHARGER)),
-    Mutation(drive_to_a_charger_without_a_lease, (51, ONE_CHARGER)),
+    Mutation(believe_a_late_status_about_a_charger, (778, ONE_CHARGER), over_zenoh=None),
+    Mutation(take_the_charger_at_which_a_lost_robot_stands, (140, ONE_CHARGER), over_zenoh=140),
+    Mutation(take_a_charger_before_the_lease_has_ended, (228, ONE_CHARGER), over_zenoh=118),
+    Mutation(drive_to_a_charger_without_a_lease, (51, ONE_CHARGER), over_zenoh=51),
     Mutation(stay_at_the_charger_for_which_another_waits, "a lost home", bug="7012"),
 )

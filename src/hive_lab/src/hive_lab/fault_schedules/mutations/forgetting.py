@@ -48,9 +48,9 @@ def join_parts_whatever_robots_do_with_them(patch):
 ANY = ""
 
 MUTATIONS = (
-    Mutation(forget_what_has_not_ended, (1, ANY)),
-    Mutation(forget_before_the_end_is_committed, (14, "election storm")),
-    Mutation(number_what_is_posted_anew_from_one, "posted anew"),
+    Mutation(forget_what_has_not_ended, (1, ANY), over_zenoh=1),
+    Mutation(forget_before_the_end_is_committed, (14, "election storm"), over_zenoh=14),
+    Mutation(number_what_is_posted_anew_from_one, "posted anew", over_zenoh=None),
     Mutation(do_not_say_that_a_task_is_forgotten, "posted anew"),
     Mutation(join_parts_whatever_robots_do_with_them, (0, "a strong robot comes and goes")),
 )

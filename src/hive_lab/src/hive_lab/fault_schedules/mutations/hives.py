@@ -86,13 +86,20 @@ def wait_for_an_epoch_of_the_hive_before(patch):
 
 
 MUTATIONS = (
-    Mutation(listen_to_every_hive, (0, "a founder alone")),
-    Mutation(join_without_handing_over, (51, "lost disks")),
+    Mutation(listen_to_every_hive, (0, "a founder alone"), over_zenoh=2),
+    Mutation(join_without_handing_over, (51, "lost disks"), over_zenoh=1),
     Mutation(give_way_only_to_a_leader, "second hive", bug="second hive"),
-    Mutation(take_any_list_for_the_other_hives, (1, "a founder alone"), bug="3073"),
+    Mutation(
+        take_any_list_for_the_other_hives, (1, "a founder alone"), bug="3073", over_zenoh=None
+    ),
     Mutation(stay_without_a_vote_in_a_smaller_hive, "a short-lived hive", bug="3153"),
     Mutation(leave_a_hive_whose_robots_have_tasks, "a busy robot", bug="68373"),
-    Mutation(leave_for_a_hive_that_is_smaller_by_now, "swapped hives", bug="swapped hives"),
+    Mutation(
+        leave_for_a_hive_that_is_smaller_by_now,
+        "swapped hives",
+        bug="swapped hives",
+        over_zenoh=None,
+    ),
     Mutation(believe_an_old_size_of_another_hive, "an old size", bug="35199"),
     Mutation(wait_for_an_epoch_of_the_hive_before, "another hive", bug="7979"),
 )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hive_lab.fault_schedules.directed import DIRECTED
+from hive_lab.fault_schedules.directed_over_zenoh import OVER_ZENOH
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.run import run
 
@@ -33,12 +34,16 @@ class Mutation:
         bug: The schedule that once found this mistake in the program, as docs/protocol.md calls
             it; empty for a rule that has always been there.
         given: Changed as well, with the mutation and without it.
+        over_zenoh: The seed of the schedule that notices it over Zenoh, which is drawn in the same
+            scenario; of no effect for one that was written by hand, which is the same. None if no
+            schedule over Zenoh is known that does.
     """
 
     change: Callable[[pytest.MonkeyPatch], None]
     noticed_by: str | tuple[int, str]
     bug: str = ""
     given: Callable[[pytest.MonkeyPatch], None] = _nothing
+    over_zenoh: int | None = 0
 
     @property
     def name(self) -> str:
@@ -61,6 +66,16 @@ class Mutation:
         """The schedule that notices it."""
         known = self.noticed_by
         return DIRECTED[known] if isinstance(known, str) else draw(*known)
+
+    @property
+    def schedule_over_zenoh(self) -> FaultSchedule | None:
+        """The schedule that notices it over Zenoh."""
+        known = self.noticed_by
+        if self.over_zenoh is None:
+            return None
+        if isinstance(known, str):
+            return OVER_ZENOH[known]
+        return draw(self.over_zenoh, self.scenario, zenoh=True)
 
     def broken_in(self, schedule: FaultSchedule) -> str:
         """Return the property that the changed program breaks in a schedule, and how."""

@@ -35,5 +35,5 @@ MUTATIONS = (
     Mutation(keep_the_id_of_a_recovered_hive, "recovered too soon"),
     Mutation(stay_in_a_hive_that_was_recovered, "recovered"),
     Mutation(leave_a_hive_that_has_had_a_leader, "recovered beside a majority"),
-    Mutation(recover_with_the_oldest_list, (158, "no majority left")),
+    Mutation(recover_with_the_oldest_list, (158, "no majority left"), over_zenoh=158),
 )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hive_lab.fault_schedules.directed import DIRECTED
+from hive_lab.fault_schedules.directed_over_zenoh import OVER_ZENOH
 from hive_lab.fault_schedules.draw import draw
-from hive_lab.fault_schedules.drawn_links import over_zenoh
 from hive_lab.fault_schedules.mutations import (
     charging,
     elections,
@@ -70,8 +70,7 @@ def search(mutation: Mutation, most: int, *, zenoh: bool = False) -> Found:
 
 
 def _schedules(mutation: Mutation, *, zenoh: bool) -> Iterator[tuple[str, FaultSchedule]]:
-    for name, schedule in DIRECTED.items():
-        yield name, over_zenoh(schedule) if zenoh else schedule
+    yield from (OVER_ZENOH if zenoh else DIRECTED).items()
     seed = 0
     while True:
         yield f"{seed} {mutation.scenario}".strip(), draw(seed, mutation.scenario, zenoh=zenoh)
