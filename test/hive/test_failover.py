@@ -15,6 +15,7 @@ from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.directed_over_zenoh import OVER_ZENOH
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.drawn_links import over_zenoh
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.features.exercised import FEATURES, UNDONE
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
@@ -22,6 +23,7 @@ from hive_lab.fault_schedules.run import run
 from hive_lab.fault_schedules.scenarios import ONE_CHARGER, STRONG_ROBOT
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
+    BY_HAND,
     BadLinks,
     Crash,
     Cut,
@@ -115,6 +117,13 @@ def test_over_zenoh_random_schedules_break_no_property_and_use_what_its_links_do
 @pytest.mark.parametrize("name", sorted(OVER_ZENOH))
 def test_over_zenoh_what_was_written_by_hand_breaks_no_property_either(name):
     outcome = run(OVER_ZENOH[name])
+
+    assert not outcome.violation, outcome.in_full()
+
+
+@pytest.mark.parametrize("name", sorted(DIRECTED.keys() - {RECOVERED_BESIDE}))
+def test_over_zenoh_it_breaks_none_either_where_connections_fail_besides(name):
+    outcome = run(over_zenoh(replace(DIRECTED[name], scenario=BY_HAND)))
 
     assert not outcome.violation, outcome.in_full()
 
